@@ -1,0 +1,2 @@
+//! Slideway.
+pub mod error;
