@@ -1,2 +1,7 @@
 //! Slideway.
+pub mod base;
 pub mod error;
+pub mod identify;
+pub mod recording;
+pub mod solid;
+pub mod units;

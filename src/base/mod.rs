@@ -1,0 +1,1 @@
+//! The machine base: its modes and the equivalent spring-mass chain.

@@ -1,0 +1,1 @@
+//! Identification from recordings: ARX, gain regression, excitation.

@@ -1,0 +1,1 @@
+//! The solid model: URDF and meshes to rigid bodies.
