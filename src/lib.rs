@@ -1,5 +1,6 @@
 //! Slideway.
 pub mod base;
+pub mod drive;
 pub mod error;
 pub mod identify;
 pub mod recording;

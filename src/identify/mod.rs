@@ -1,1 +1,15 @@
-//! Identification from recordings: ARX, gain regression, excitation.
+//! Identification from recorded signals: ARX, controller gains, frequency response, excitation.
+//!
+//! Everything here takes plain slices sampled at one period in seconds; units of the signals are the caller's.
+//! "The data do not determine it" is an [`Outcome`](excitation::Outcome), not an error.
+
+pub mod arx;
+mod check;
+pub mod excitation;
+pub mod first_order;
+pub mod frequency_response;
+pub mod gain_regression;
+pub mod least_squares;
+mod polynomial;
+pub mod transfer;
+pub mod whiteness;

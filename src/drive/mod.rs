@@ -1,0 +1,3 @@
+//! The drive: amplifier and motor, from control effort to force.
+
+pub mod printed;
