@@ -6,3 +6,7 @@
 pub mod chain;
 pub mod modes;
 pub mod motion;
+
+pub use chain::Chain;
+pub use modes::{Mode, Modes};
+pub use motion::BaseMotion;

@@ -1,3 +1,5 @@
 //! The drive: amplifier and motor, from control effort to force.
 
+pub mod amplifier;
+pub mod motor;
 pub mod printed;

@@ -1,0 +1,67 @@
+//! Cascade of a proportional position loop and a proportional-integral velocity loop.
+
+use super::{Input, Memory};
+use serde::{Deserialize, Serialize};
+
+/// Cascade control: position P, velocity PI, with optional velocity feed-forward.
+///
+/// # Model
+/// ```text
+///   e = Kp·(x_ref − x) + f·v_ref − v
+///   I ← I + Kv·Ki·T·e
+///   u = Kv·e + I                       volts
+/// ```
+/// Positive effort drives the axis along its positive direction. `Ki = 0` gives the P–P cascade.
+///
+/// # Validity
+/// No anti-windup: the integral part goes on when the amplifier clips.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cascade {
+    /// Kp in 1/s.
+    pub position_gain_per_s: f64,
+    /// Kv in V·s/m, or V·s/rad for a revolute axis.
+    #[serde(alias = "velocity_gain_v_s_per_rad")]
+    pub velocity_gain_v_s_per_m: f64,
+    /// Ki in 1/s.
+    #[serde(default)]
+    pub velocity_integral_per_s: f64,
+    /// f, the share of the reference velocity fed forward.
+    #[serde(default)]
+    pub velocity_feedforward: f64,
+}
+
+impl Cascade {
+    pub(super) fn effort_v(&self, memory: &mut Memory, input: Input, period_s: f64) -> f64 {
+        let Self {
+            position_gain_per_s: kp,
+            velocity_gain_v_s_per_m: kv,
+            velocity_integral_per_s: ki,
+            velocity_feedforward: f,
+        } = *self;
+        let error = kp * (input.position_reference - input.position) + f * input.velocity_reference
+            - input.velocity;
+        memory.integral_v += kv * ki * period_s * error;
+        kv * error + memory.integral_v
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Controller;
+    use super::*;
+
+    #[test]
+    fn exact_taking_over_repeats_the_effort() {
+        let law = Controller::Cascade(Cascade {
+            position_gain_per_s: 160.0,
+            velocity_gain_v_s_per_m: 240.0,
+            velocity_integral_per_s: 12.0,
+            velocity_feedforward: 0.3,
+        });
+        let input =
+            Input { position_reference: 0.01, velocity_reference: 0.2, position: 0.009, velocity: 0.15 };
+        let mut memory = law.memory_for(3.5, input, 1e-3);
+        assert!((law.effort_v(&mut memory, input, 1e-3) - 3.5).abs() < 1e-12);
+    }
+}

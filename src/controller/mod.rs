@@ -1,0 +1,62 @@
+//! Controllers: what turns reference and measurement into the voltage commanded to the amplifier.
+//!
+//! A controller is its configuration and carries its law; what it remembers between samples lives in
+//! a [`Memory`] handed in from outside. A new control law is one file here and one variant of [`Controller`].
+
+pub mod cascade;
+pub mod integer;
+pub mod pdf;
+
+use serde::{Deserialize, Serialize};
+
+pub use cascade::Cascade;
+pub use pdf::Pdf;
+
+/// What a controller sees at one sample, in SI (m or rad).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Input {
+    /// Position reference.
+    pub position_reference: f64,
+    /// Velocity reference (difference of the position reference over one period).
+    pub velocity_reference: f64,
+    /// Encoder reading.
+    pub position: f64,
+    /// Velocity estimate of the sensor.
+    pub velocity: f64,
+}
+
+/// What a controller remembers between two samples: the integral part of its effort.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Memory {
+    /// Integral part of the effort in V.
+    pub integral_v: f64,
+}
+
+/// The control laws that a machine may run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "law", rename_all = "snake_case")]
+pub enum Controller {
+    /// Pseudo-derivative feedback with integer gains inside a position loop.
+    Pdf(Pdf),
+    /// Position P, velocity PI.
+    Cascade(Cascade),
+}
+
+impl Controller {
+    /// The voltage commanded to the amplifier for this sample; `period_s` is the sample period.
+    pub fn effort_v(&self, memory: &mut Memory, input: Input, period_s: f64) -> f64 {
+        match self {
+            Self::Pdf(law) => law.effort_v(memory, input, period_s),
+            Self::Cascade(law) => law.effort_v(memory, input, period_s),
+        }
+    }
+
+    /// The memory with which this law would have commanded `effort_v` on `input`: how a replay
+    /// that starts inside a recording takes over without a bump.
+    pub fn memory_for(&self, effort_v: f64, input: Input, period_s: f64) -> Memory {
+        let mut blank = Memory::default();
+        let without = self.effort_v(&mut blank, input, period_s);
+        // Both laws add the integral part linearly and first add this sample's increment to it.
+        Memory { integral_v: effort_v - without }
+    }
+}

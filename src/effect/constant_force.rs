@@ -1,0 +1,57 @@
+//! A constant force along the axis.
+
+use super::law::infinite;
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// A constant force on the moving part: weight on a tilted guide, a hanging cable, a drive offset.
+///
+/// # Model
+/// `F = −F_0` on the moving part: F_0 is the load that the motor has to hold, positive when it must push along
+/// positive position. That is the sign of the inverse dynamic model `F_motor = m·a + c·v + F_c·sgn(v) + F_0`.
+///
+/// # Validity
+/// At standstill on a guide with friction it acts only as far as friction does not hold it.
+///
+/// # Source
+/// Janot, Gautier, Brunot (2019), eq. 2, term `offset`, same sign.
+///
+/// ```
+/// use slideway::effect::{ConstantForce, Law};
+/// let law = ConstantForce { force_n: -3.0 };
+/// assert_eq!(law.push(0.1, 0.2), law.push(0.0, -0.2));
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ConstantForce {
+    /// F_0 in N (load convention), or N·m for a revolute axis.
+    #[serde(alias = "torque_nm")]
+    pub force_n: f64,
+}
+
+impl Law for ConstantForce {
+    const SITE: Site = Site::Guide;
+    const PHRASE: &'static str = "a constant force";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
+    const PUSHES: bool = true;
+
+    fn fault(&self) -> Option<String> {
+        infinite("force_n", self.force_n)
+    }
+
+    fn push(&self, _position: f64, _velocity: f64) -> f64 {
+        -self.force_n
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![0.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        vec![vec![screen.four_coefficients().map_or(0.0, |[.., constant]| -constant)]]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(-screen.largest_force, screen.largest_force)]
+    }
+}

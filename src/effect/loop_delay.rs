@@ -1,0 +1,52 @@
+//! Time between commanded and applied voltage.
+
+use super::law::negative;
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Dead time between the controller's effort and the voltage at the motor, beyond what is stated.
+///
+/// # Model
+/// `u_applied(t) = u_commanded(t − τ)`, with the commanded voltage a staircase; τ need not be a whole
+/// number of sample periods.
+///
+/// # Validity
+/// 0 ≤ τ. Computation, bus and PWM dead time. A delay of a *recorded channel* moves that channel only and
+/// is another finding.
+///
+/// # Source
+/// Åström, Wittenmark, *Computer-Controlled Systems*, section 2.3 (fractional delay under a zero-order hold).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoopDelay {
+    /// τ in s; not negative.
+    pub delay_s: f64,
+}
+
+impl Law for LoopDelay {
+    const SITE: Site = Site::Amplifier;
+    const PHRASE: &'static str = "a delay between effort and voltage";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("delay_s", "s")];
+
+    fn fault(&self) -> Option<String> {
+        negative("delay_s", self.delay_s)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.delay_s += self.delay_s;
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![0.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        // The sum of squares over a delay may have several minima: start on either side of a few periods.
+        let period = screen.sample_period_s();
+        vec![vec![0.5 * period], vec![3.5 * period]]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.0, 30.0 * screen.sample_period_s())]
+    }
+}

@@ -1,0 +1,85 @@
+//! What a fit knows before it starts: motion and missing force along the training runs.
+
+use super::Constants;
+use nalgebra::{DMatrix, DVector};
+
+/// Motion and missing force along the training runs, thinned to a few thousand samples.
+///
+/// `missing_force` is what acts on the real moving part but not in the twin:
+/// `d = m·a + c·v − F_motor`, positive along the axis' positive direction, low-pass filtered without
+/// phase shift. It is empty when no signal tells the motor's effort.
+#[derive(Debug, Clone, Default)]
+pub struct Screen {
+    /// Constants of the twin as it is.
+    pub constants: Option<Constants>,
+    /// Position in m or rad.
+    pub position: Vec<f64>,
+    /// Velocity in m/s or rad/s.
+    pub velocity: Vec<f64>,
+    /// Acceleration in m/s² or rad/s².
+    pub acceleration: Vec<f64>,
+    /// Missing force in N or N·m.
+    pub missing_force: Vec<f64>,
+    /// Largest motor effort of the runs, N or N·m; bounds what a force can plausibly be.
+    pub largest_force: f64,
+}
+
+impl Screen {
+    /// Moving mass of the twin in kg or kg·m².
+    pub fn moving_mass(&self) -> f64 {
+        self.constants.as_ref().map_or(1.0, |c| c.moving_mass)
+    }
+
+    /// Viscous coefficient of the twin in N·s/m or N·m·s/rad.
+    pub fn viscous(&self) -> f64 {
+        self.constants.as_ref().map_or(0.0, |c| c.viscous)
+    }
+
+    /// Sample period in s.
+    pub fn sample_period_s(&self) -> f64 {
+        self.constants.as_ref().map_or(1e-3, |c| c.sample_period_s)
+    }
+
+    /// Largest speed of the runs.
+    pub fn largest_speed(&self) -> f64 {
+        self.velocity.iter().fold(0.0, |most, v| f64::max(most, v.abs()))
+    }
+
+    /// +1, −1, or 0 at standstill (below 2 % of the largest speed, where the sign is noise).
+    pub fn directions(&self) -> Vec<f64> {
+        let still = 0.02 * self.largest_speed();
+        self.velocity.iter().map(|v| if v.abs() > still { v.signum() } else { 0.0 }).collect()
+    }
+
+    /// Least-squares coefficients of the missing force on the given columns beside those that every start
+    /// needs (acceleration, velocity, direction, constant); `None` when the data do not determine them.
+    ///
+    /// Only moving samples count: at standstill friction takes any value.
+    pub fn regress(&self, columns: &[Vec<f64>]) -> Option<Vec<f64>> {
+        let direction = self.directions();
+        let moving: Vec<usize> = (0..self.missing_force.len()).filter(|&k| direction[k] != 0.0).collect();
+        if moving.len() < 10 * (columns.len() + 1) {
+            return None;
+        }
+        let scale: Vec<f64> = columns.iter().map(|c| root_mean_square(moving.iter().map(|&k| c[k]))).collect();
+        if scale.iter().any(|&s| !(s > 0.0)) {
+            return None;
+        }
+        let matrix = DMatrix::from_fn(moving.len(), columns.len(), |r, c| columns[c][moving[r]] / scale[c]);
+        let target = DVector::from_iterator(moving.len(), moving.iter().map(|&k| self.missing_force[k]));
+        let solution = matrix.svd(true, true).solve(&target, 1e-6).ok()?;
+        Some(solution.iter().zip(&scale).map(|(value, s)| value / s).collect())
+    }
+
+    /// Coefficients of acceleration, velocity, direction and constant in the missing force.
+    pub fn four_coefficients(&self) -> Option<[f64; 4]> {
+        let ones = vec![1.0; self.missing_force.len()];
+        let columns = [self.acceleration.clone(), self.velocity.clone(), self.directions(), ones];
+        self.regress(&columns)?.try_into().ok()
+    }
+}
+
+fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0usize), |(s, n), v| (s + v * v, n + 1));
+    if count == 0 { 0.0 } else { (sum / count as f64).sqrt() }
+}

@@ -1,0 +1,60 @@
+//! Viscous friction of the guide off its stated value.
+
+use super::law::negative;
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Viscous friction whose coefficient is not the stated one.
+///
+/// # Model
+/// `F(v) = −c·v`, with c taking the place of the guide's stated coefficient.
+/// Positive force acts along positive position.
+///
+/// # Validity
+/// Hydrodynamic drag of grease, seals and wipers at constant temperature. Part of the twin's linear
+/// dynamics, so it is integrated exactly.
+///
+/// # Source
+/// Any text on servo axes; Janot, Gautier, Brunot (2019), eq. 2, term `Fv·q̇`.
+///
+/// ```
+/// use slideway::effect::{EffectId, Site};
+/// assert_eq!(EffectId::ViscousFriction.site(), Site::Guide);
+/// assert_eq!(EffectId::ViscousFriction.parameters()[0].unit, "N·s/m");
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ViscousFriction {
+    /// c in N·s/m, or N·m·s/rad for a revolute axis; not negative.
+    #[serde(alias = "viscous_nm_s_per_rad")]
+    pub viscous_n_s_per_m: f64,
+}
+
+impl Law for ViscousFriction {
+    const SITE: Site = Site::Guide;
+    const PHRASE: &'static str = "viscous friction off its stated value";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::viscous("viscous_n_s_per_m", "viscous_nm_s_per_rad")];
+
+    fn fault(&self) -> Option<String> {
+        negative("viscous_n_s_per_m", self.viscous_n_s_per_m)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.viscous = self.viscous_n_s_per_m;
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.viscous]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        // The missing force contains −(c − c_stated)·v.
+        let change = screen.four_coefficients().map_or(0.0, |[_, velocity, ..]| -velocity);
+        vec![vec![(screen.viscous() + change).max(0.0)]]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.0, screen.viscous() + 3.0 * screen.largest_force / screen.largest_speed().max(1e-9))]
+    }
+}

@@ -1,0 +1,163 @@
+//! What a machine file says.
+
+use super::Tolerance;
+use crate::base::Mode;
+use crate::controller::Controller;
+use crate::drive::amplifier::Amplifier;
+use crate::drive::motor::Motor;
+use crate::effect::Effects;
+use crate::error::{Error, ErrorKind, Result};
+use crate::guide::Guide;
+use crate::sensor::{CurrentSensor, Encoder};
+use serde::{Deserialize, Serialize};
+
+/// The content of `machine.toml`: one table per part, in the order of the signal path.
+///
+/// Each part is its own configuration and carries its own law; this type only gathers them.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Description {
+    /// What the machine is called in reports.
+    pub name: String,
+    /// The URDF file, relative to the machine file.
+    pub urdf: String,
+    /// The driven joint, where the URDF has more than one that moves.
+    #[serde(default)]
+    pub joint: Option<String>,
+    /// Sample period of the controller in s.
+    pub sample_period_s: f64,
+    /// How references are shaped when strokes are replayed.
+    #[serde(default)]
+    pub reference: ReferenceGenerator,
+    /// The control law; absent where it is not known.
+    #[serde(default)]
+    pub controller: Option<Controller>,
+    /// The amplifier.
+    #[serde(default)]
+    pub amplifier: Amplifier,
+    /// The motor.
+    pub motor: Motor,
+    /// The guide.
+    #[serde(default)]
+    pub guide: Guide,
+    /// The base, where its modes are known.
+    #[serde(default)]
+    pub base: Option<Base>,
+    /// The position encoder and the velocity estimate formed from it.
+    pub encoder: Encoder,
+    /// The current sensor.
+    #[serde(default)]
+    pub current_sensor: CurrentSensor,
+    /// How far the stated constants may be off before that is a cause.
+    #[serde(default)]
+    pub tolerance: Tolerance,
+    /// Effects that the twin already has, a table per effect.
+    #[serde(default)]
+    pub effect: Effects,
+}
+
+/// The machine base.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Base {
+    /// Its modes at the point that receives the motor's reaction.
+    pub mode: Vec<Mode>,
+}
+
+/// How the controller shapes a stroke into a position reference: trapezoidal velocity.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ReferenceGenerator {
+    /// Time from rest to the commanded feed, in s.
+    pub acceleration_time_s: f64,
+}
+
+impl Default for ReferenceGenerator {
+    fn default() -> Self {
+        Self { acceleration_time_s: 0.02 }
+    }
+}
+
+impl Description {
+    /// Refuses numbers outside the range that their meaning allows.
+    ///
+    /// # Errors
+    /// The first such number, with its key path.
+    pub fn check(&self) -> Result<()> {
+        positive("sample_period_s", self.sample_period_s)?;
+        zero_or_more("reference.acceleration_time_s", self.reference.acceleration_time_s)?;
+        self.check_controller()?;
+        self.check_drive()?;
+        zero_or_more("guide.viscous_n_s_per_m", self.guide.viscous_n_s_per_m)?;
+        zero_or_more("encoder.resolution_m", self.encoder.resolution_m)?;
+        zero_or_more("encoder.noise_m", self.encoder.noise_m)?;
+        if let Some(fault) = self.encoder.velocity.fault() {
+            return Err(Error::new(ErrorKind::OutOfRange).key("encoder.velocity").found(fault));
+        }
+        zero_or_more("current_sensor.noise_a", self.current_sensor.noise_a)?;
+        self.tolerance.check()?;
+        match self.effect.fault() {
+            Some((key, fault)) => Err(Error::new(ErrorKind::OutOfRange).key(key).found(fault)),
+            None => Ok(()),
+        }
+    }
+
+    fn check_controller(&self) -> Result<()> {
+        match &self.controller {
+            None => Ok(()),
+            Some(Controller::Pdf(pdf)) => {
+                finite("controller.integral_gain_per_count", pdf.integral_gain_per_count)?;
+                finite("controller.proportional_gain_per_count", pdf.proportional_gain_per_count)?;
+                positive("controller.velocity_units_per_si", pdf.velocity_units_per_si)?;
+                finite("controller.position_gain_per_s", pdf.position_gain_per_s)?;
+                finite("controller.velocity_feedforward", pdf.velocity_feedforward)
+            }
+            Some(Controller::Cascade(cascade)) => {
+                finite("controller.position_gain_per_s", cascade.position_gain_per_s)?;
+                finite("controller.velocity_gain_v_s_per_m", cascade.velocity_gain_v_s_per_m)?;
+                finite("controller.velocity_integral_per_s", cascade.velocity_integral_per_s)?;
+                finite("controller.velocity_feedforward", cascade.velocity_feedforward)
+            }
+        }
+    }
+
+    fn check_drive(&self) -> Result<()> {
+        if let Some(limit) = self.amplifier.voltage_limit_v {
+            positive("amplifier.voltage_limit_v", limit)?;
+        }
+        zero_or_more("amplifier.delay_s", self.amplifier.delay_s)?;
+        match &self.motor {
+            Motor::Winding(winding) => {
+                positive("motor.resistance_ohm", winding.resistance_ohm)?;
+                positive("motor.inductance_h", winding.inductance_h)?;
+                positive("motor.force_constant_n_per_a", winding.force_constant_n_per_a)?;
+                zero_or_more("motor.back_emf_v_s_per_m", winding.back_emf_v_s_per_m)
+            }
+            Motor::Direct(direct) => positive("motor.force_n_per_v", direct.force_n_per_v),
+        }
+    }
+}
+
+fn range(key: &str, value: f64, expected: &str) -> Error {
+    let kind = if value.is_finite() { ErrorKind::OutOfRange } else { ErrorKind::NotFinite };
+    Error::new(kind)
+        .key(key)
+        .found(value.to_string())
+        .expected(expected)
+        .remedy("correct the value; every key is in SI units as its name says")
+}
+
+/// Refuses what is not finite.
+pub(super) fn finite(key: &str, value: f64) -> Result<()> {
+    if value.is_finite() { Ok(()) } else { Err(range(key, value, "a finite number")) }
+}
+
+/// Refuses what is not finite and more than zero.
+pub(super) fn positive(key: &str, value: f64) -> Result<()> {
+    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(range(key, value, "more than zero")) }
+}
+
+/// Refuses what is not finite and zero or more.
+pub(super) fn zero_or_more(key: &str, value: f64) -> Result<()> {
+    if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(range(key, value, "zero or more")) }
+}

@@ -1,0 +1,183 @@
+//! The machine description: the parts gathered from one folder, with every number at a key path.
+//!
+//! A machine is a folder with `machine.toml`, the URDF and meshes it names, and a README that gives the
+//! source of every number. A new machine is a new folder; nothing in this crate knows one by name.
+
+mod description;
+mod key_path;
+mod tolerance;
+
+pub use description::{Base, Description, ReferenceGenerator};
+pub use tolerance::Tolerance;
+
+use crate::base::Modes;
+use crate::drive::motor::Circuit;
+use crate::effect::{Constants, Effect, EffectId};
+use crate::error::{Error, ErrorKind, Result};
+use crate::solid::Solid;
+use crate::units::Motion;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// A machine: its description, its solid model and the settings laid over the file.
+///
+/// # Design
+/// A parameter is a TOML key path (`controller.integral`, `effect.coulomb_friction.force_n`). Setting one
+/// changes the parsed TOML tree and reads the description anew, so a candidate of a fit passes the same
+/// validation as a file, and one name serves as struct field, TOML key, fit parameter and report row.
+#[derive(Debug, Clone)]
+pub struct Machine {
+    file: PathBuf,
+    table: Arc<toml::Table>,
+    description: Arc<Description>,
+    solid: Arc<Solid>,
+}
+
+impl Machine {
+    /// Reads a machine folder, or a machine file of any name in it.
+    ///
+    /// # Errors
+    /// File missing, TOML syntax, unknown or missing key (with line), a value out of range (with key), or
+    /// anything wrong with the URDF and its meshes.
+    pub fn read(path: &Path) -> Result<Self> {
+        let file = if path.is_dir() { path.join("machine.toml") } else { path.to_path_buf() };
+        let text = std::fs::read_to_string(&file).map_err(|e| {
+            Error::io(&file, &e).remedy("give a machine folder (with machine.toml) or a machine file")
+        })?;
+        let description: Description =
+            toml::from_str(&text).map_err(|e| key_path::syntax_error(&file, &text, &e))?;
+        let table: toml::Table =
+            toml::from_str(&text).map_err(|e| key_path::syntax_error(&file, &text, &e))?;
+        description.check().map_err(|e| e.file(&file))?;
+        let folder = file.parent().unwrap_or(Path::new("."));
+        let solid = Solid::import_with_joint(&folder.join(&description.urdf), description.joint.as_deref())?;
+        let machine = Self {
+            file,
+            table: Arc::new(table),
+            description: Arc::new(description),
+            solid: Arc::new(solid),
+        };
+        machine.check_against_solid()?;
+        Ok(machine)
+    }
+
+    /// The machine with values set at key paths; numbers and other TOML values alike.
+    ///
+    /// # Errors
+    /// Unknown key path or a value that the description refuses.
+    pub fn with_settings<'a>(
+        &self,
+        settings: impl IntoIterator<Item = (&'a str, toml::Value)>,
+    ) -> Result<Self> {
+        let mut table = (*self.table).clone();
+        for (path, value) in settings {
+            key_path::set(&mut table, path, value).map_err(|e| e.file(&self.file))?;
+        }
+        self.with_table(table)
+    }
+
+    /// The machine without an effect that its file may state.
+    ///
+    /// # Errors
+    /// None in practice: taking an effect away leaves a valid description.
+    pub fn without_effect(&self, id: EffectId) -> Result<Self> {
+        let mut table = (*self.table).clone();
+        if let Some(toml::Value::Table(effects)) = table.get_mut("effect") {
+            effects.remove(id.name());
+        }
+        self.with_table(table)
+    }
+
+    fn with_table(&self, table: toml::Table) -> Result<Self> {
+        let description: Description = table.clone().try_into().map_err(|e: toml::de::Error| {
+            Error::new(ErrorKind::UnknownKey)
+                .file(&self.file)
+                .found(e.message().to_string())
+                .expected("settings that the machine file could state")
+                .remedy("write the key path as in machine.toml, for instance controller.integral=22")
+        })?;
+        description.check().map_err(|e| e.file(&self.file))?;
+        let machine = Self {
+            file: self.file.clone(),
+            table: Arc::new(table),
+            description: Arc::new(description),
+            solid: Arc::clone(&self.solid),
+        };
+        machine.check_against_solid()?;
+        Ok(machine)
+    }
+
+    fn check_against_solid(&self) -> Result<()> {
+        let constants = self.constants();
+        if !(constants.moving_mass > 0.0) {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .file(&self.file)
+                .key("effect.payload")
+                .found(format!("a moving mass of {}", constants.moving_mass))
+                .expected("more than zero after the payload is added")
+                .remedy("a negative payload must be smaller than the solid model's mass"));
+        }
+        for slider in &self.description.guide.sliders {
+            self.solid.link(slider).map_err(|e| e.key(slider.clone()).file(&self.file))?;
+        }
+        Ok(())
+    }
+
+    /// The description as read, with the settings laid over it.
+    pub fn description(&self) -> &Description {
+        &self.description
+    }
+
+    /// The solid model.
+    pub fn solid(&self) -> &Solid {
+        &self.solid
+    }
+
+    /// The file it was read from.
+    pub fn file(&self) -> &Path {
+        &self.file
+    }
+
+    /// The TOML tree, settings included.
+    pub fn table(&self) -> &toml::Table {
+        &self.table
+    }
+
+    /// Prismatic or revolute.
+    pub fn motion(&self) -> Motion {
+        self.solid.joint.motion
+    }
+
+    /// Effects that act, in signal-path order.
+    pub fn effects(&self) -> Vec<Effect> {
+        self.description.effect.acting()
+    }
+
+    /// The value at a key path, where it is stated and is a number.
+    pub fn number(&self, path: &str) -> Option<f64> {
+        key_path::number(&self.table, path)
+    }
+
+    /// The constants of the twin's linear parts as stated, before any effect.
+    pub fn stated_constants(&self) -> Constants {
+        let d = &*self.description;
+        Constants {
+            moving_mass: self.solid.moving_inertia_along_joint(),
+            viscous: d.guide.viscous_n_s_per_m,
+            circuit: Circuit::from(&d.motor),
+            voltage_limit_v: d.amplifier.voltage_limit_v,
+            delay_s: d.amplifier.delay_s,
+            modes: d.base.as_ref().map_or_else(Modes::default, |b| Modes::new(b.mode.clone())),
+            sample_period_s: d.sample_period_s,
+        }
+    }
+
+    /// The constants of the twin's linear parts with its effects at work.
+    pub fn constants(&self) -> Constants {
+        let mut constants = self.stated_constants();
+        for effect in self.effects() {
+            effect.alter(&mut constants);
+        }
+        constants
+    }
+}

@@ -1,0 +1,84 @@
+//! Replay: strokes and recorded commands through the twin, for a whole run.
+
+pub mod stroke;
+
+pub use stroke::{Motion, Stroke};
+
+use crate::plant::Plant;
+use crate::twin::{Command, Sample, Twin};
+
+/// What a replay yields: one array per signal, one number per sample, in SI.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Traces {
+    /// Encoder reading.
+    pub position: Vec<f64>,
+    /// Velocity estimate.
+    pub velocity: Vec<f64>,
+    /// Commanded voltage in V, injected disturbance included.
+    pub effort_v: Vec<f64>,
+    /// Motor current in A.
+    pub current: Vec<f64>,
+    /// Motor force or torque in N or N·m.
+    pub thrust: Vec<f64>,
+    /// Loads of sliders A–D in N, where the plant knows them.
+    pub slider_loads: Vec<[f64; 4]>,
+}
+
+impl Traces {
+    /// Room for `samples` samples.
+    pub fn with_capacity(samples: usize) -> Self {
+        let room = || Vec::with_capacity(samples);
+        Self {
+            position: room(),
+            velocity: room(),
+            effort_v: room(),
+            current: room(),
+            thrust: room(),
+            slider_loads: Vec::new(),
+        }
+    }
+
+    /// Appends one sample.
+    pub fn push(&mut self, sample: Sample) {
+        self.position.push(sample.position);
+        self.velocity.push(sample.velocity);
+        self.effort_v.push(sample.effort_v);
+        self.current.push(sample.current);
+        self.thrust.push(sample.thrust);
+    }
+
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+}
+
+/// Walks the twin through the commands, one a period; `each` is told after every sample how many are done.
+pub fn run<P: Plant>(
+    twin: &mut Twin<P>,
+    commands: impl ExactSizeIterator<Item = Command>,
+    mut each: impl FnMut(usize),
+) -> Traces {
+    let mut traces = Traces::with_capacity(commands.len());
+    for (done, command) in commands.enumerate() {
+        if let Some(loads) = twin.plant().slider_loads() {
+            traces.slider_loads.push(loads);
+        }
+        traces.push(twin.step(command));
+        each(done + 1);
+    }
+    traces
+}
+
+/// Commands that follow a sampled position reference; the reference velocity is its difference.
+pub fn follow(reference: &[f64], period_s: f64) -> impl ExactSizeIterator<Item = Command> + '_ {
+    reference.iter().enumerate().map(move |(k, &position)| {
+        let before = if k == 0 { position } else { reference[k - 1] };
+        Command::follow(position, (position - before) / period_s)
+    })
+}

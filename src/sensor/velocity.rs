@@ -1,0 +1,111 @@
+//! Velocity from encoder readings.
+
+use serde::{Deserialize, Serialize};
+
+/// How velocity is estimated from the readings x[k], x[k−1], ….
+///
+/// # Model
+/// - `smoothed_difference`: `v[k] = v[k−1] + T/(T+τ)·((x[k] − x[k−1])/T − v[k−1])`
+/// - `taps`: `v[k] = Σ_j taps[j]·x[k−j]/T`; the taps sum to zero and `−Σ j·taps[j] = 1`
+///   (unit slope), which is checked. `[1, −1]` is the plain difference, `[0.5, 0, −0.5]` the difference
+///   of the two-sample mean, `[0.3, 0.1, −0.1, −0.3]` the four-point least-squares slope.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum VelocityEstimate {
+    /// First-order smoothing of the difference of two readings.
+    SmoothedDifference {
+        /// τ in s.
+        time_constant_s: f64,
+    },
+    /// Weighted sum of the latest readings.
+    Taps {
+        /// Weights of x[k], x[k−1], …, per sample period.
+        taps: Vec<f64>,
+    },
+}
+
+/// Most taps that an estimate may have.
+pub const MOST_TAPS: usize = 8;
+
+/// The readings and the estimate that the next sample needs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct VelocityMemory {
+    readings: [f64; MOST_TAPS],
+    estimate: f64,
+}
+
+impl VelocityMemory {
+    /// Memory of an axis that has stood at `position` or moved there at the constant `velocity`.
+    pub fn moving(position: f64, velocity: f64, period_s: f64) -> Self {
+        let readings = std::array::from_fn(|j| position - velocity * period_s * (j as f64 + 1.0));
+        Self { readings, estimate: velocity }
+    }
+}
+
+impl VelocityEstimate {
+    /// What is wrong with the configuration, if anything.
+    pub fn fault(&self) -> Option<String> {
+        match self {
+            Self::SmoothedDifference { time_constant_s } => (!(*time_constant_s >= 0.0))
+                .then(|| format!("time_constant_s = {time_constant_s}, expected zero or more")),
+            Self::Taps { taps } => {
+                let sum: f64 = taps.iter().sum();
+                let slope: f64 = -taps.iter().enumerate().map(|(j, w)| j as f64 * w).sum::<f64>();
+                let right = (2..=MOST_TAPS).contains(&taps.len())
+                    && sum.abs() < 1e-9
+                    && (slope - 1.0).abs() < 1e-9;
+                (!right).then(|| {
+                    format!("taps {taps:?} (sum {sum}, slope {slope}), expected 2 to {MOST_TAPS} taps with sum 0 and slope 1")
+                })
+            }
+        }
+    }
+
+    /// The estimate after the reading `x`; `period_s` is the sample period.
+    #[inline]
+    pub fn update(&self, memory: &mut VelocityMemory, x: f64, period_s: f64) -> f64 {
+        memory.estimate = match self {
+            Self::SmoothedDifference { time_constant_s } => {
+                let difference = (x - memory.readings[0]) / period_s;
+                memory.estimate + period_s / (period_s + time_constant_s) * (difference - memory.estimate)
+            }
+            Self::Taps { taps } => {
+                let newest = taps.first().map_or(0.0, |w| w * x);
+                let older: f64 = taps.iter().skip(1).zip(&memory.readings).map(|(w, r)| w * r).sum();
+                (newest + older) / period_s
+            }
+        };
+        memory.readings.copy_within(0..MOST_TAPS - 1, 1);
+        memory.readings[0] = x;
+        memory.estimate
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_constant_velocity_is_read_without_error() {
+        let (period, speed) = (1e-3, 0.37);
+        let estimates = [
+            VelocityEstimate::SmoothedDifference { time_constant_s: 5e-4 },
+            VelocityEstimate::Taps { taps: vec![0.5, 0.0, -0.5] },
+            VelocityEstimate::Taps { taps: vec![0.3, 0.1, -0.1, -0.3] },
+        ];
+        for estimate in estimates {
+            assert_eq!(estimate.fault(), None);
+            let mut memory = VelocityMemory::moving(0.2, speed, period);
+            for k in 0..20 {
+                let v = estimate.update(&mut memory, 0.2 + speed * period * f64::from(k), period);
+                assert!((v - speed).abs() < 1e-11, "{estimate:?}: {v}");
+            }
+        }
+    }
+
+    #[test]
+    fn exact_taps_without_unit_slope_are_refused() {
+        assert!(VelocityEstimate::Taps { taps: vec![1.0, -0.5] }.fault().is_some());
+        assert!(VelocityEstimate::Taps { taps: vec![2.0, -2.0] }.fault().is_some());
+    }
+}
