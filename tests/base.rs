@@ -112,6 +112,18 @@ fn exact_undamped_chain_keeps_every_eigenfrequency() {
 }
 
 #[test]
+fn exact_single_damped_mode_among_undamped_ones_survives_the_chain() {
+    for damped in 0..5 {
+        let only = |(i, m): (usize, &Mode)| {
+            let ratio = if i == damped { 0.3 } else { 0.0 };
+            Mode::new(m.frequency_hz(), m.mass_kg(), ratio).unwrap()
+        };
+        let modes = Modes::new(five_modes().as_slice().iter().enumerate().map(only).collect());
+        assert_same_modes(&Chain::from_modes(&modes).unwrap().to_modes().unwrap(), &modes, CHAIN_RELATIVE);
+    }
+}
+
+#[test]
 fn exact_damping_proportional_to_frequency_is_a_chain_of_dashpots() {
     let proportional = |m: &Mode| Mode::new(m.frequency_hz(), m.mass_kg(), 2e-4 * m.frequency_hz()).unwrap();
     let modes = Modes::new(five_modes().as_slice().iter().map(proportional).collect());

@@ -1,4 +1,5 @@
-//! Identification: known systems are recovered within the stated intervals, data that do not tell are refused.
+//! Identification: known systems are recovered within the stated intervals, data that do not tell are
+//! refused.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use nalgebra::{Complex, DMatrix};
@@ -294,7 +295,7 @@ fn exact_residual_spread_and_whiteness_are_those_put_in() {
         spread += model.residual_sd / SEEDS as f64;
         assert!(model.one_step_fit_percent.unwrap() >= model.free_run_fit_percent.unwrap());
     }
-    // at least 95 %, less three standard errors of 200 tries
+    // about 95 %, less three standard errors of 200 tries
     assert!((0.90..1.0).contains(&white), "{white}");
     // 200 × 800 samples give the mean spread to 0.2 %; four times that
     assert!((spread / 0.3 - 1.0).abs() < 0.008, "{spread}");
@@ -636,7 +637,8 @@ fn exact_broken_controller_signals_are_refused() {
 
 #[test]
 fn exact_frequency_response_of_a_known_system() {
-    // 78 segments: the relative scatter of a bin is √((1 − γ²)/(γ²·n)), about 0.02 with this noise; five times that for the largest of 256
+    // 78 segments: the relative scatter of a bin is √((1 − γ²)/(γ²·n)), about 0.02 with this noise; five
+    // times that for the largest of 256
     const SCATTER: f64 = 0.1;
     let (system, _) = systems().swap_remove(0);
     let input = noise(51, 20_000, 1.0);

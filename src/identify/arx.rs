@@ -20,7 +20,8 @@ pub struct Orders {
     pub na: usize,
     /// Number of coefficients of B(z).
     pub nb: usize,
-    /// Samples by which the input precedes its first effect; 1 for a plant whose input is held over each sample.
+    /// Samples by which the input precedes its first effect; 1 for a plant whose input is held over each
+    /// sample.
     pub delay: usize,
 }
 
@@ -53,9 +54,9 @@ impl Orders {
 /// Linear least squares in a and b, by QR.
 ///
 /// # Validity
-/// The noise e must be white as it stands in this equation, that is, it passes through 1/A like a disturbance at the input of the lag.
-/// White *measurement* noise on y is not of this kind and pulls poles towards zero; [`whiteness`](Self::whiteness) tells.
-/// Estimates are consistent in closed loop too if d ≥ 1 and e is white.
+/// The noise e must be white as it stands in this equation, that is, it passes through 1/A like a disturbance
+/// at the input of the lag. White *measurement* noise on y is not of this kind and pulls poles towards zero;
+/// [`whiteness`](Self::whiteness) tells. Estimates are consistent in closed loop too if d ≥ 1 and e is white.
 ///
 /// # Source
 /// Ljung, System Identification: Theory for the User, 2nd ed., sections 4.2, 7.3 and 9.
@@ -76,7 +77,8 @@ pub struct ArxModel {
     pub residual_sd: f64,
     /// Samples minus parameters.
     pub degrees_of_freedom: usize,
-    /// Fit of the one-step prediction, % (100 = perfect, 0 = no better than the mean); none for an output that does not vary.
+    /// Fit of the one-step prediction, % (100 = perfect, 0 = no better than the mean); none for an output
+    /// that does not vary.
     pub one_step_fit_percent: Option<f64>,
     /// Fit of the free run, in which only the first outputs of each run are measured, %.
     pub free_run_fit_percent: Option<f64>,
@@ -119,13 +121,16 @@ pub fn arx(input: &[f64], output: &[f64], sample_period_s: f64, orders: Orders) 
     arx_runs(&[(input, output)], sample_period_s, orders)
 }
 
-/// Identifies one ARX model from several runs of (input, output); no regressor reaches from one run into another.
+/// Identifies one ARX model from several runs of (input, output); no regressor reaches from one run into
+/// another.
 ///
-/// Answers [`Outcome::NotExcited`] when the input is not persistently exciting of order na + nb (a constant never is),
-/// even where a transient of the output would make the equations solvable: a fit that leans on one transient predicts that transient.
+/// Answers [`Outcome::NotExcited`] when the input is not persistently exciting of order na + nb (a constant
+/// never is), even where a transient of the output would make the equations solvable: a fit that leans on one
+/// transient predicts that transient.
 ///
 /// # Errors
-/// No coefficient asked for in B(z); signals of unequal length; numbers that are not finite; fewer than five usable samples a parameter.
+/// No coefficient asked for in B(z); signals of unequal length; numbers that are not finite; fewer than five
+/// usable samples a parameter.
 pub fn arx_runs(
     runs: &[(&[f64], &[f64])],
     sample_period_s: f64,
@@ -230,7 +235,8 @@ fn runs_of(rows: &[f64], lengths: impl Iterator<Item = usize>) -> Vec<&[f64]> {
         .collect()
 }
 
-/// Normalised fit in %: 100·(1 − ‖y − ŷ‖/‖y − mean y‖); none where y does not vary or ŷ runs away beyond all numbers.
+/// Normalised fit in %: 100·(1 − ‖y − ŷ‖/‖y − mean y‖); none where y does not vary or ŷ runs away beyond all
+/// numbers.
 pub fn fit_percent(measured: &[f64], modelled: impl IntoIterator<Item = f64>) -> Option<f64> {
     let mean = measured.iter().sum::<f64>() / measured.len() as f64;
     let spread: f64 = measured.iter().map(|y| (y - mean).powi(2)).sum();

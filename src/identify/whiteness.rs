@@ -13,12 +13,14 @@ const NORMAL_QUANTILE: f64 = 1.96;
 /// Ljung–Box test of residuals for autocorrelation.
 ///
 /// # Model
-/// Q = N(N+2) Σ rₖ²/Nₖ over the lags k = 1…h, Nₖ pairs at lag k within runs; under whiteness Q follows χ² with h degrees of
-/// freedom. Fitting takes out some of them, at most one a coefficient of A(z), the fewer the more the input drives the output;
-/// none is subtracted here, so whiteness is rejected wrongly in 5 % of the cases or less.
+/// Q = N(N+2) Σ rₖ²/Nₖ over the lags k = 1…h, Nₖ pairs at lag k within runs; under whiteness Q follows χ²
+/// with h degrees of freedom. Fitting takes out some of them, at most one a coefficient of A(z), the fewer
+/// the more the input drives the output; none is subtracted here, so whiteness is rejected wrongly in about 5
+/// % of the cases.
 ///
 /// # Validity
-/// N ≫ h. A rejection says that the intervals of the parameters are too narrow and that the model lacks something.
+/// N ≫ h. A rejection says that the intervals of the parameters are too narrow and that the model lacks
+/// something.
 ///
 /// # Source
 /// Ljung, Box, On a measure of lack of fit in time series models, Biometrika 65, 1978;
