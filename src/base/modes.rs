@@ -10,8 +10,8 @@ use crate::error::{Error, ErrorKind, Result};
 /// One resonance of the base: natural frequency, modal mass and damping ratio.
 ///
 /// # Model
-/// M·(η̈ + 2ζω·η̇ + ω²·η) = F, ω = 2π·`frequency_hz`. The modal mass M is normalised to the motors' reaction point: F acts there, and the
-/// point moves by η.
+/// M·(η̈ + 2ζω·η̇ + ω²·η) = F, ω = 2π·`frequency_hz`. The modal mass M is normalised to the motors' reaction
+/// point: F acts there, and the point moves by η.
 ///
 /// # Validity
 /// Small, linear vibration. `frequency_hz` is the undamped natural frequency; 0 ≤ ζ < 1.
@@ -136,7 +136,8 @@ impl Modes {
         self.0.is_empty()
     }
 
-    /// Receptance at the reaction point: displacement over force on the base, m/N, Σ 1/(Mᵢ(ωᵢ² − ω² + 2iζᵢωᵢω)).
+    /// Receptance at the reaction point: displacement over force on the base, m/N, Σ 1/(Mᵢ(ωᵢ² − ω² +
+    /// 2iζᵢωᵢω)).
     ///
     /// Not finite exactly at the frequency of a mode without damping.
     pub fn drive_point_response(&self, frequency_hz: f64) -> Complex<f64> {

@@ -17,14 +17,15 @@ struct Propagator {
 /// Exact motion of the base's modes from step to step, the force on the base held over each.
 ///
 /// # Model
-/// Each mode M(η̈ + 2ζω η̇ + ω²η) = F with σ = ζω, ω_d = ω√(1−ζ²), E = exp(−σh), C = cos ω_d h, S = sin(ω_d h)/ω_d:
+/// Each mode M(η̈ + 2ζω η̇ + ω²η) = F with σ = ζω, ω_d = ω√(1−ζ²), E = exp(−σh), C = cos ω_d h, S = sin(ω_d
+/// h)/ω_d:
 /// ```text
 /// ⎡η⎤        ⎡ C + σS    S    ⎤ ⎡η⎤       ⎡ (1 − E(C + σS))/ω² ⎤ F
 /// ⎢ ⎥(h) = E ⎢                ⎥ ⎢ ⎥(0) +  ⎢                    ⎥ ─
 /// ⎣η̇⎦        ⎣  −ω²S   C − σS ⎦ ⎣η̇⎦       ⎣         E·S        ⎦ M
 /// ```
-/// State: η₁, η̇₁, η₂, η̇₂, … in m and m/s. Displacement of the base Σ ηᵢ, positive along the joint's positive axis; the force is that on the
-/// base, the negative of the force on the table.
+/// State: η₁, η̇₁, η₂, η̇₂, … in m and m/s. Displacement of the base Σ ηᵢ, positive along the joint's
+/// positive axis; the force is that on the base, the negative of the force on the table.
 ///
 /// # Validity
 /// Exact for a force held constant over the step, whatever its length.
@@ -84,8 +85,9 @@ impl BaseMotion {
         }
     }
 
-    /// Velocity of the base one step on if no force acted, m/s; add force × [`velocity_per_force`](Self::velocity_per_force)
-    /// for the velocity under a force that is still to be found.
+    /// Velocity of the base one step on if no force acted, m/s; add force ×
+    /// [`velocity_per_force`](Self::velocity_per_force) for the velocity under a force that is still to be
+    /// found.
     pub fn free_velocity(&self, state: &[f64]) -> f64 {
         let modes = self.propagators.iter().zip(state.chunks_exact(2));
         modes.map(|(p, mode)| p.velocity_by_position * mode[0] + p.velocity_by_velocity * mode[1]).sum()

@@ -64,8 +64,9 @@ pub fn motor(
 
 /// The plant P*(z) = W(z)·L(z) of eq. (11): motor in series with the worktable's identified W(z).
 ///
-/// The product is formed at W's sample period. The paper multiplies W(z) with a motor sampled at the controller's
-/// period as if both had been sampled alike; state W at that period to regenerate the printed numbers.
+/// The product is formed at W's sample period. The paper multiplies W(z) with a motor sampled at the
+/// controller's period as if both had been sampled alike; state W at that period to regenerate the printed
+/// numbers.
 ///
 /// # Errors
 /// As [`motor`].

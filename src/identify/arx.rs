@@ -20,7 +20,8 @@ pub struct Orders {
     pub na: usize,
     /// Number of coefficients of B(z).
     pub nb: usize,
-    /// Samples by which the input precedes its first effect; 1 for a plant whose input is held over each sample.
+    /// Samples by which the input precedes its first effect; 1 for a plant whose input is held over each
+    /// sample.
     pub delay: usize,
 }
 
@@ -53,9 +54,9 @@ impl Orders {
 /// Linear least squares in a and b, by QR.
 ///
 /// # Validity
-/// The noise e must be white as it stands in this equation, that is, it passes through 1/A like a disturbance at the input of the lag.
-/// White *measurement* noise on y is not of this kind and pulls poles towards zero; [`whiteness`](Self::whiteness) tells.
-/// Estimates are consistent in closed loop too if d ≥ 1 and e is white.
+/// The noise e must be white as it stands in this equation, that is, it passes through 1/A like a disturbance
+/// at the input of the lag. White *measurement* noise on y is not of this kind and pulls poles towards zero;
+/// [`whiteness`](Self::whiteness) tells. Estimates are consistent in closed loop too if d ≥ 1 and e is white.
 ///
 /// # Source
 /// Ljung, System Identification: Theory for the User, 2nd ed., sections 4.2, 7.3 and 9.
@@ -76,7 +77,8 @@ pub struct ArxModel {
     pub residual_sd: f64,
     /// Samples minus parameters.
     pub degrees_of_freedom: usize,
-    /// Fit of the one-step prediction, % (100 = perfect, 0 = no better than the mean); none for an output that does not vary.
+    /// Fit of the one-step prediction, % (100 = perfect, 0 = no better than the mean); none for an output
+    /// that does not vary.
     pub one_step_fit_percent: Option<f64>,
     /// Fit of the free run, in which only the first outputs of each run are measured, %.
     pub free_run_fit_percent: Option<f64>,
@@ -100,19 +102,35 @@ impl ArxModel {
 
 /// Identifies an ARX model from one run.
 ///
+/// ```
+/// use slideway::identify::{arx::{Orders, arx}, excitation::Outcome, transfer::TransferFunction};
+/// let table = TransferFunction::new(vec![0.0, 0.45], vec![1.0, -0.85], 0.025)?;
+/// let orders = Orders { na: 1, nb: 1, delay: 1 };
+/// let force: Vec<f64> = (0..100).map(|k| f64::from(k * k % 17)).collect();
+/// let Outcome::Identified(model) = arx(&force, &table.simulate(&force), 0.025, orders)? else { unreachable!() };
+/// assert_eq!(model.transfer.to_string(), "0.45 z^-1 / (1 - 0.85 z^-1)");
+/// // a constant force tells nothing of how the table gets to speed, however long it lasts
+/// let constant = [100.0; 1000];
+/// assert!(matches!(arx(&constant, &table.simulate(&constant), 0.025, orders)?, Outcome::NotExcited(_)));
+/// # Ok::<(), slideway::error::Error>(())
+/// ```
+///
 /// # Errors
 /// As [`arx_runs`].
 pub fn arx(input: &[f64], output: &[f64], sample_period_s: f64, orders: Orders) -> Result<Outcome<ArxModel>> {
     arx_runs(&[(input, output)], sample_period_s, orders)
 }
 
-/// Identifies one ARX model from several runs of (input, output); no regressor reaches from one run into another.
+/// Identifies one ARX model from several runs of (input, output); no regressor reaches from one run into
+/// another.
 ///
-/// Answers [`Outcome::NotExcited`] when the input is not persistently exciting of order na + nb (a constant never is),
-/// even where a transient of the output would make the equations solvable: a fit that leans on one transient predicts that transient.
+/// Answers [`Outcome::NotExcited`] when the input is not persistently exciting of order na + nb (a constant
+/// never is), even where a transient of the output would make the equations solvable: a fit that leans on one
+/// transient predicts that transient.
 ///
 /// # Errors
-/// No coefficient asked for in B(z); signals of unequal length; numbers that are not finite; fewer than five usable samples a parameter.
+/// No coefficient asked for in B(z); signals of unequal length; numbers that are not finite; fewer than five
+/// usable samples a parameter.
 pub fn arx_runs(
     runs: &[(&[f64], &[f64])],
     sample_period_s: f64,
@@ -181,15 +199,15 @@ fn model(
     let start = orders.start();
     let by_run =
         runs_of(&solution.residuals, runs.iter().map(|(_, output)| output.len().saturating_sub(start)));
-    let whiteness = Whiteness::of(&by_run, orders.na);
-    let fit_of = |estimate: &dyn Fn(&[f64], &[f64]) -> Vec<f64>| {
-        let pairs: Vec<_> = runs.iter().map(|(u, y)| (&y[start.min(y.len())..], estimate(u, y))).collect();
-        fit_percent(pairs.iter().flat_map(|(y, estimate)| {
-            y.iter().copied().zip(estimate[estimate.len() - y.len()..].iter().copied())
-        }))
-    };
-    let one_step_fit_percent = fit_of(&|u, y| transfer.predict(u, y));
-    let free_run_fit_percent = fit_of(&|u, y| transfer.simulate_from(u, &y[..start.min(y.len())]));
+    let whiteness = Whiteness::of(&by_run);
+    let predicted = runs.iter().flat_map(|(u, y)| transfer.predict(u, y).split_off(start.min(y.len())));
+    let free = runs.iter().flat_map(|(u, y)| {
+        let start = start.min(y.len());
+        transfer.simulate_from(u, &y[..start]).split_off(start)
+    });
+    let measured: Vec<f64> = runs.iter().flat_map(|(_, y)| y[start.min(y.len())..].iter().copied()).collect();
+    let one_step_fit_percent = fit_percent(&measured, predicted);
+    let free_run_fit_percent = fit_percent(&measured, free);
     Ok(ArxModel {
         orders,
         a: a.to_vec(),
@@ -217,11 +235,12 @@ fn runs_of(rows: &[f64], lengths: impl Iterator<Item = usize>) -> Vec<&[f64]> {
         .collect()
 }
 
-/// Normalised fit in %: 100·(1 − ‖y − ŷ‖/‖y − mean y‖) of pairs (y, ŷ); none where y does not vary.
-pub fn fit_percent(pairs: impl Iterator<Item = (f64, f64)> + Clone) -> Option<f64> {
-    let count = pairs.clone().count() as f64;
-    let mean = pairs.clone().map(|(y, _)| y).sum::<f64>() / count;
-    let (error, spread) = pairs
-        .fold((0.0, 0.0), |(error, spread), (y, ŷ)| (error + (y - ŷ).powi(2), spread + (y - mean).powi(2)));
-    (spread > 0.0).then(|| 100.0 * (1.0 - (error / spread).sqrt()))
+/// Normalised fit in %: 100·(1 − ‖y − ŷ‖/‖y − mean y‖); none where y does not vary or ŷ runs away beyond all
+/// numbers.
+pub fn fit_percent(measured: &[f64], modelled: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let mean = measured.iter().sum::<f64>() / measured.len() as f64;
+    let spread: f64 = measured.iter().map(|y| (y - mean).powi(2)).sum();
+    let error: f64 = measured.iter().zip(modelled).map(|(y, model)| (y - model).powi(2)).sum();
+    let fit = 100.0 * (1.0 - (error / spread).sqrt());
+    fit.is_finite().then_some(fit)
 }

@@ -8,8 +8,8 @@ use crate::error::{Error, ErrorKind, Result};
 
 /// Condition number of a column-scaled regressor above which its parameters count as not determined.
 ///
-/// Rounding reaches the parameters multiplied by this number: beyond 1e8 half of the digits of an `f64` are gone,
-/// and so is every digit of a measurement.
+/// Rounding reaches the parameters multiplied by this number: beyond 1e8 half of the digits of an `f64` are
+/// gone, and so is every digit of a measurement.
 pub const CONDITION_LIMIT: f64 = 1e8;
 /// Components of the weak direction below this share are left out of the sentence.
 const NEGLIGIBLE_COMPONENT: f64 = 0.05;
@@ -41,7 +41,8 @@ impl<Model> Outcome<Model> {
 pub struct NotExcited {
     /// Condition number of the column-scaled regressor; infinite where a column vanishes.
     pub condition: f64,
-    /// The combination of regressors that hardly moves: name and component of the unit vector (columns scaled to length 1).
+    /// The combination of regressors that hardly moves: name and component of the unit vector (columns scaled
+    /// to length 1).
     pub weak_direction: Vec<(String, f64)>,
     /// What to do about it.
     pub remedy: String,
@@ -65,7 +66,8 @@ impl std::fmt::Display for NotExcited {
 ///
 /// # Model
 /// Each column is divided by its length; σ₁ ≥ … ≥ σₙ are the singular values of what results.
-/// Condition number σ₁/σₙ; rank = number of σ above σ₁ / [`CONDITION_LIMIT`]; weak direction = right singular vector of σₙ.
+/// Condition number σ₁/σₙ; rank = number of σ above σ₁ / [`CONDITION_LIMIT`]; weak direction = right singular
+/// vector of σₙ.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Excitation {
     singular_values: Vec<f64>,

@@ -16,8 +16,9 @@ use crate::error::{Error, ErrorKind, Result};
 /// Standard errors by the delta method from the covariance of (a₁, b).
 ///
 /// # Validity
-/// 0 < p < 1. The decay rate follows from the pole alone; inertia and viscous coefficient need the right sample period *and* output unit:
-/// read at a period a hundred times shorter, the same W(z) describes a hundredth of the inertia.
+/// 0 < p < 1. The decay rate follows from the pole alone; inertia and viscous coefficient need the right
+/// sample period *and* output unit: read at a period a hundred times shorter, the same W(z) describes a
+/// hundredth of the inertia.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FirstOrder {
     /// p, the pole.

@@ -31,22 +31,24 @@ impl Point {
     }
 }
 
-/// Frequency response H₁ with coherence by averaged windowed periodograms (Welch), segments overlapping by half.
+/// Frequency response H₁ with coherence by averaged windowed periodograms (Welch), segments overlapping by
+/// half.
 ///
 /// # Model
-/// H₁ = S_uy/S_uu, γ² = |S_uy|²/(S_uu·S_yy), from segments of `segment_length` samples less their mean, under a Hann window.
-/// Frequencies m/(segment_length·Ts) for m = 1 … segment_length/2.
+/// H₁ = S_uy/S_uu, γ² = |S_uy|²/(S_uu·S_yy), from segments of `segment_length` samples less their mean, under
+/// a Hann window. Frequencies m/(segment_length·Ts) for m = 1 … segment_length/2.
 ///
 /// # Validity
-/// Noise on the output only, segments much longer than the impulse response. In closed loop H₁ leans towards the negative inverse of the
-/// controller where the noise outweighs the excitation. Look at the coherence first: at a frequency that the input
-/// does not contain the response is noise over nothing.
+/// Noise on the output only, segments much longer than the impulse response. In closed loop H₁ leans towards
+/// the negative inverse of the controller where the noise outweighs the excitation. Look at the coherence
+/// first: at a frequency that the input does not contain the response is noise over nothing.
 ///
 /// # Source
 /// Welch, IEEE Trans. Audio Electroacoust. 15, 1967; Bendat, Piersol, Random Data, section 6.
 ///
 /// # Errors
-/// Signals of unequal length; numbers that are not finite; fewer than four segments; segments below 8 samples.
+/// Signals of unequal length; numbers that are not finite; fewer than four segments; segments below 8
+/// samples.
 pub fn welch(
     input: &[f64],
     output: &[f64],

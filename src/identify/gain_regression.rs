@@ -52,12 +52,12 @@ pub enum VelocityChange<'a> {
 /// u = u1 − Iₚ·k2·y,  u1(k) = u1(k−1) + Iᵢ·T·k1·e(k)
 /// u(k) = [ Iᵢ·T·e(k)   u(k−1)   −Iₚ·(y(k) − y(k−1)) ] · [ k1  1  k2 ]ᵀ
 /// ```
-/// Sign: velocity is fed back negatively and k2 > 0. The paper prints u = u1 + Iₚ·k2·y, its third regressor therefore without the
-/// minus; its printed equation fits the same data with −k2.
+/// Sign: velocity is fed back negatively and k2 > 0. The paper prints u = u1 + Iₚ·k2·y, its third regressor
+/// therefore without the minus; its printed equation fits the same data with −k2.
 ///
 /// # Validity
-/// Linear range: no saturated effort, no clamped integral. Noise that enters y between controller and recorder biases k2.
-/// k1 and k2 carry the unit V per unit of y per integer.
+/// Linear range: no saturated effort, no clamped integral. Noise that enters y between controller and
+/// recorder biases k2. k1 and k2 carry the unit V per unit of y per integer.
 ///
 /// # Source
 /// Liu, Lai, Yen, grinding-machine controller identification, eqs. (9), (10), (12).
@@ -94,8 +94,8 @@ impl ControllerGains {
 /// Identifies k1 and k2 from runs recorded under one setting of the integers.
 ///
 /// # Errors
-/// An integer of 0 (its gain does not act); signals of unequal length; numbers that are not finite; fewer than five usable
-/// samples a parameter.
+/// An integer of 0 (its gain does not act); signals of unequal length; numbers that are not finite; fewer
+/// than five usable samples a parameter.
 pub fn gain_regression(
     runs: &[ControllerRun<'_>],
     settings: IntegerSettings,

@@ -1,7 +1,7 @@
 //! Identification from recorded signals: ARX, controller gains, frequency response, excitation.
 //!
-//! Everything here takes plain slices sampled at one period in seconds; units of the signals are the caller's.
-//! "The data do not determine it" is an [`Outcome`](excitation::Outcome), not an error.
+//! Everything here takes plain slices sampled at one period in seconds; units of the signals are the
+//! caller's. "The data do not determine it" is an [`Outcome`](excitation::Outcome), not an error.
 
 pub mod arx;
 mod check;

@@ -11,10 +11,11 @@ const STARTING_ANGLE: f64 = 0.7;
 /// Imaginary part, relative to the modulus, below which a root of a real polynomial is called real.
 const REAL_WITHIN: f64 = 1e-12;
 
-/// Roots of c₀ zⁿ + c₁ zⁿ⁻¹ + … + cₙ, without roots at z = 0 (trailing zeros are dropped, as are leading ones).
+/// Roots of c₀ zⁿ + c₁ zⁿ⁻¹ + … + cₙ, without roots at z = 0 (trailing zeros are dropped, as are leading
+/// ones).
 ///
-/// Closed form up to degree 2, above it the simultaneous iteration of Aberth and Ehrlich (the QR iteration on a
-/// companion matrix without exceptional shifts never ends on zⁿ − 1). Largest modulus first.
+/// Closed form up to degree 2, above it the simultaneous iteration of Aberth and Ehrlich (the QR iteration on
+/// a companion matrix without exceptional shifts never ends on zⁿ − 1). Largest modulus first.
 pub(super) fn roots(coefficients: &[f64]) -> Vec<Complex<f64>> {
     let Some(first) = coefficients.iter().position(|c| *c != 0.0) else { return Vec::new() };
     let last = coefficients.iter().rposition(|c| *c != 0.0).unwrap_or(first);

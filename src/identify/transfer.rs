@@ -20,7 +20,8 @@ const SIGNIFICANT_DIGITS: usize = 6;
 /// G(z) = ─────────────────────────,   y(k) = Σ bⱼ u(k−j) − Σ aᵢ y(k−i)
 ///         1 + a₁ z⁻¹ + … + aₘ z⁻ᵐ
 /// ```
-/// Numerator and denominator are stored in powers of z⁻¹ from the zeroth on; the denominator's first entry is 1.
+/// Numerator and denominator are stored in powers of z⁻¹ from the zeroth on; the denominator's first entry is
+/// 1.
 ///
 /// ```
 /// use slideway::identify::transfer::TransferFunction;
@@ -41,8 +42,8 @@ impl TransferFunction {
     /// From coefficients in powers of z⁻¹; both are divided by the denominator's first entry.
     ///
     /// # Errors
-    /// An empty polynomial, a coefficient that is not finite, a denominator beginning with 0 (the system would
-    /// answer before it is asked), a sample period that is not > 0.
+    /// An empty polynomial, a coefficient that is not finite, a denominator beginning with 0 (the system
+    /// would answer before it is asked), a sample period that is not > 0.
     pub fn new(numerator: Vec<f64>, denominator: Vec<f64>, sample_period_s: f64) -> Result<Self> {
         check::sample_period(sample_period_s)?;
         check::finite("numerator", &numerator)?;

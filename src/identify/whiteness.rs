@@ -13,19 +13,23 @@ const NORMAL_QUANTILE: f64 = 1.96;
 /// Ljung–Box test of residuals for autocorrelation.
 ///
 /// # Model
-/// Q = N(N+2) Σ rₖ²/Nₖ over the lags k = 1…h, Nₖ pairs at lag k within runs; under whiteness Q follows χ² with h − n degrees of
-/// freedom, n = number of coefficients of A(z) that were fitted.
+/// Q = N(N+2) Σ rₖ²/Nₖ over the lags k = 1…h, Nₖ pairs at lag k within runs; under whiteness Q follows χ²
+/// with h degrees of freedom. Fitting takes out some of them, at most one a coefficient of A(z), the fewer
+/// the more the input drives the output; none is subtracted here, so whiteness is rejected wrongly in about 5
+/// % of the cases.
 ///
 /// # Validity
-/// N ≫ h. A rejection says that the intervals of the parameters are too narrow and that the model lacks something.
+/// N ≫ h. A rejection says that the intervals of the parameters are too narrow and that the model lacks
+/// something.
 ///
 /// # Source
-/// Ljung, Box, On a measure of lack of fit in time series models, Biometrika 65, 1978.
+/// Ljung, Box, On a measure of lack of fit in time series models, Biometrika 65, 1978;
+/// Ljung, System Identification: Theory for the User, 2nd ed., section 16.6.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Whiteness {
     /// Q.
     pub statistic: f64,
-    /// h − n.
+    /// h.
     pub degrees_of_freedom: usize,
     /// Probability of a Q at least as large from white residuals.
     pub p_value: f64,
@@ -41,10 +45,10 @@ impl Whiteness {
         self.p_value >= LEVEL
     }
 
-    /// Tests residuals, run by run, that remain after `fitted` coefficients of A(z). Residuals of 0 count as white.
-    pub fn of(runs: &[&[f64]], fitted: usize) -> Self {
+    /// Tests residuals, run by run. Residuals of 0 count as white.
+    pub fn of(runs: &[&[f64]]) -> Self {
         let count: usize = runs.iter().map(|run| run.len()).sum();
-        let lags = (count / 4).min(LAGS).max(fitted + 1);
+        let lags = (count / 4).clamp(1, LAGS);
         let power: f64 = runs.iter().flat_map(|run| run.iter()).map(|e| e * e).sum();
         let mut statistic = 0.0;
         let mut autocorrelation = Vec::with_capacity(lags);
@@ -60,7 +64,7 @@ impl Whiteness {
         }
         let n = count as f64;
         statistic *= n * (n + 2.0);
-        let degrees_of_freedom = lags - fitted;
+        let degrees_of_freedom = lags;
         let p_value = ChiSquared::new(degrees_of_freedom as f64).map_or(1.0, |chi| chi.sf(statistic));
         let bound = if count > 0 { NORMAL_QUANTILE / n.sqrt() } else { f64::INFINITY };
         Self { statistic, degrees_of_freedom, p_value, autocorrelation, bound }
