@@ -1,0 +1,3 @@
+//! Plants: what the drive's effort moves.
+
+pub mod rapier;
