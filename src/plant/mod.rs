@@ -4,6 +4,7 @@
 //! - [`rapier`]: the rigid-body scene built from URDF and meshes; the reference for replays.
 
 pub mod axis;
+pub mod rapier;
 
 use crate::guide::stick_slip::Coast;
 

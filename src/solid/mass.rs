@@ -94,6 +94,16 @@ impl MassProperties {
     /// One body made of several, all described in the same frame (parallel-axis theorem).
     ///
     /// The combination of nothing, or of weightless parts, is [`MassProperties::zero`].
+    ///
+    /// ```
+    /// use nalgebra::{Isometry3, Vector3};
+    /// use slideway::solid::MassProperties;
+    /// let half = MassProperties::from_box(Vector3::new(0.5, 0.2, 0.1), 7850.0);
+    /// let (left, right) = (Isometry3::translation(-0.25, 0.0, 0.0), Isometry3::translation(0.25, 0.0, 0.0));
+    /// let joined = MassProperties::combined(&[half.transformed(&left), half.transformed(&right)]);
+    /// let whole = MassProperties::from_box(Vector3::new(1.0, 0.2, 0.1), 7850.0);
+    /// assert!((joined.inertia_kg_m2 - whole.inertia_kg_m2).norm() < 1e-12 * whole.inertia_kg_m2.norm());
+    /// ```
     pub fn combined(parts: &[Self]) -> Self {
         let mass: f64 = parts.iter().map(|p| p.mass_kg).sum();
         if mass == 0.0 {

@@ -114,6 +114,17 @@ impl Mesh {
     /// Checks that the surface encloses a volume: every directed edge occurs exactly once and so does
     /// its reverse, and the enclosed volume is positive (triangles face outwards).
     ///
+    /// ```
+    /// use nalgebra::Point3;
+    /// use slideway::solid::Mesh;
+    /// let vertices = vec![Point3::origin(), [1.0, 0.0, 0.0].into(), [0.0, 1.0, 0.0].into(), [0.0, 0.0, 1.0].into()];
+    /// let mut mesh = Mesh { vertices, triangles: vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]] };
+    /// assert!(mesh.check_closed().is_ok());
+    /// assert!((mesh.volume_m3() - 1.0 / 6.0).abs() < 1e-15);
+    /// mesh.triangles.pop();
+    /// assert!(mesh.check_closed().is_err());
+    /// ```
+    ///
     /// # Errors
     /// [`ErrorKind::OpenMesh`] with the number of open edges and where the first of them is, or with
     /// the negative volume of a surface that is turned inside out.

@@ -1,0 +1,9 @@
+//! The rigid-body plant: the imported solid as two bodies and a joint in rapier3d (double precision).
+
+mod engine;
+pub mod loads;
+pub mod scene;
+mod snapshot;
+
+pub use self::loads::{Reaction, SupportLoad, Supports};
+pub use self::scene::{STEP_S, Scene};
