@@ -39,8 +39,8 @@ impl Cascade {
             velocity_integral_per_s: ki,
             velocity_feedforward: f,
         } = *self;
-        let error = kp * (input.position_reference - input.position) + f * input.velocity_reference
-            - input.velocity;
+        let error =
+            kp * (input.position_reference - input.position) + f * input.velocity_reference - input.velocity;
         memory.integral_v += kv * ki * period_s * error;
         kv * error + memory.integral_v
     }

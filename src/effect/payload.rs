@@ -25,12 +25,10 @@ pub struct Payload {
 impl Law for Payload {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a moving mass off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter {
-        name: "mass_kg",
-        revolute_name: "inertia_kg_m2",
-        unit: "kg",
-        revolute_unit: "kg·m²",
-    }];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter {
+            name: "mass_kg", revolute_name: "inertia_kg_m2", unit: "kg", revolute_unit: "kg·m²"
+        }];
 
     fn fault(&self) -> Option<String> {
         infinite("mass_kg", self.mass_kg)

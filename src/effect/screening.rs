@@ -61,7 +61,8 @@ impl Screen {
         if moving.len() < 10 * (columns.len() + 1) {
             return None;
         }
-        let scale: Vec<f64> = columns.iter().map(|c| root_mean_square(moving.iter().map(|&k| c[k]))).collect();
+        let scale: Vec<f64> =
+            columns.iter().map(|c| root_mean_square(moving.iter().map(|&k| c[k]))).collect();
         if scale.iter().any(|&s| !(s > 0.0)) {
             return None;
         }

@@ -80,13 +80,14 @@ pub(super) fn number(table: &toml::Table, path: &str) -> Option<f64> {
 
 /// A TOML error with its line.
 pub(super) fn syntax_error(file: &Path, text: &str, error: &toml::de::Error) -> Error {
-    let kind = if error.message().starts_with("unknown field") || error.message().starts_with("unknown variant") {
-        ErrorKind::UnknownKey
-    } else if error.message().starts_with("missing field") {
-        ErrorKind::Missing
-    } else {
-        ErrorKind::Syntax
-    };
+    let kind =
+        if error.message().starts_with("unknown field") || error.message().starts_with("unknown variant") {
+            ErrorKind::UnknownKey
+        } else if error.message().starts_with("missing field") {
+            ErrorKind::Missing
+        } else {
+            ErrorKind::Syntax
+        };
     let mut located = Error::new(kind).file(file);
     if let Some(span) = error.span() {
         let before = text.get(..span.start).unwrap_or(text);

@@ -51,12 +51,8 @@ impl Machine {
         description.check().map_err(|e| e.file(&file))?;
         let folder = file.parent().unwrap_or(Path::new("."));
         let solid = Solid::import_with_joint(&folder.join(&description.urdf), description.joint.as_deref())?;
-        let machine = Self {
-            file,
-            table: Arc::new(table),
-            description: Arc::new(description),
-            solid: Arc::new(solid),
-        };
+        let machine =
+            Self { file, table: Arc::new(table), description: Arc::new(description), solid: Arc::new(solid) };
         machine.check_against_solid()?;
         Ok(machine)
     }

@@ -36,7 +36,16 @@ pub struct Axis {
     position_place: usize,
 }
 
+/// Longest step of the axis plant in s: reversals and pushes are resolved to second order inside it.
+pub const LONGEST_STEP_S: f64 = 250e-6;
+
 impl Axis {
+    /// The axis with the longest step that divides the sample period and is at most [`LONGEST_STEP_S`].
+    pub fn of(constants: &Constants) -> Self {
+        let period = constants.sample_period_s;
+        Self::new(constants, period / (period / LONGEST_STEP_S - 1e-9).ceil().max(1.0))
+    }
+
     /// The axis with these constants, advancing by `step_s` each time.
     pub fn new(constants: &Constants, step_s: f64) -> Self {
         let dynamics = continuous(constants);
@@ -52,8 +61,7 @@ impl Axis {
                 transition.push(std::array::from_fn(|r| entry(4 * block + r, column)));
             }
         }
-        let input =
-            (0..blocks).map(|block| std::array::from_fn(|r| entry(4 * block + r, size))).collect();
+        let input = (0..blocks).map(|block| std::array::from_fn(|r| entry(4 * block + r, size))).collect();
         Self {
             step_s,
             transition,

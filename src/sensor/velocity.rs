@@ -51,9 +51,8 @@ impl VelocityEstimate {
             Self::Taps { taps } => {
                 let sum: f64 = taps.iter().sum();
                 let slope: f64 = -taps.iter().enumerate().map(|(j, w)| j as f64 * w).sum::<f64>();
-                let right = (2..=MOST_TAPS).contains(&taps.len())
-                    && sum.abs() < 1e-9
-                    && (slope - 1.0).abs() < 1e-9;
+                let right =
+                    (2..=MOST_TAPS).contains(&taps.len()) && sum.abs() < 1e-9 && (slope - 1.0).abs() < 1e-9;
                 (!right).then(|| {
                     format!("taps {taps:?} (sum {sum}, slope {slope}), expected 2 to {MOST_TAPS} taps with sum 0 and slope 1")
                 })

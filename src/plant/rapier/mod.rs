@@ -2,8 +2,10 @@
 
 mod engine;
 pub mod loads;
+mod rig;
 pub mod scene;
 mod snapshot;
 
 pub use self::loads::{Reaction, SupportLoad, Supports};
+pub use self::rig::{GRAVITY_M_PER_S2, Rig};
 pub use self::scene::{STEP_S, Scene};

@@ -1,0 +1,165 @@
+//! The whole plant on the rigid-body scene: table, guide drag, base modes and slider loads.
+
+use super::{STEP_S, Scene, Supports};
+use crate::base::BaseMotion;
+use crate::error::Result;
+use crate::guide::stick_slip::Coast;
+use crate::machine::Machine;
+use crate::plant::Plant;
+use crate::units::Motion;
+use nalgebra::{Point3, Vector3};
+
+/// Standard gravity, downwards along −z of the base frame, in m/s².
+pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
+
+/// The machine's moving part as a rigid body on its joint, over a base that answers with its modes.
+///
+/// # Model
+/// The motor's force attacks at its lines of action, friction and drag at the middle of the sliders; the
+/// [`Scene`] moves the body. The base chain moves along the joint only and the guide is rigid across it, so the
+/// chain meets the scene through one force and one displacement: it is propagated exactly beside the scene
+/// ([`BaseMotion`]) under the reaction of every force between table and base, and the encoder reads the table
+/// relative to it.
+///
+/// # Validity
+/// Drag acts on the velocity relative to the base, the base's part of it explicitly (the base moves
+/// micrometres). Steps are at most [`STEP_S`] and divide the sample period.
+pub struct Rig {
+    scene: Scene,
+    base: BaseMotion,
+    base_state: Vec<f64>,
+    viscous: f64,
+    lines_of_action: Vec<Point3<f64>>,
+    friction_point: Point3<f64>,
+    supports: Option<Supports>,
+}
+
+impl Rig {
+    /// The machine's plant with the finest step that divides its sample period and is at most [`STEP_S`].
+    ///
+    /// # Errors
+    /// What the scene, the base or the sliders refuse.
+    pub fn new(machine: &Machine) -> Result<Self> {
+        let period = machine.constants().sample_period_s;
+        Self::with_step(machine, period / (period / STEP_S - 1e-9).ceil())
+    }
+
+    /// The machine's plant with a step of its own, which must divide the sample period.
+    ///
+    /// # Errors
+    /// What the scene, the base or the sliders refuse.
+    pub fn with_step(machine: &Machine, step_s: f64) -> Result<Self> {
+        let (solid, constants) = (machine.solid(), machine.constants());
+        let payload = constants.moving_mass - solid.moving_inertia_along_joint();
+        let gravity = Vector3::new(0.0, 0.0, -GRAVITY_M_PER_S2);
+        let scene = Scene::new(solid, step_s, gravity)?.with_payload(payload)?;
+        let base = BaseMotion::new(&constants.modes, step_s)?;
+        let description = machine.description();
+        let sliders: Vec<&str> = description.guide.sliders.iter().map(String::as_str).collect();
+        let supports = match sliders.len() {
+            4 => Some(Supports::new(solid, &sliders, Vector3::z())?),
+            _ => None,
+        };
+        let centre = Point3::from(solid.moving.mass.centre_m);
+        let mut lines: Vec<Point3<f64>> =
+            description.motor.lines_of_action_m().iter().map(|p| Point3::from(*p)).collect();
+        if lines.is_empty() || machine.motion() == Motion::Revolute {
+            lines = vec![centre];
+        }
+        let friction_point = supports.as_ref().map_or(centre, |s| middle(s.points()));
+        Ok(Self {
+            base_state: vec![0.0; base.state_len()],
+            scene,
+            base,
+            viscous: constants.viscous,
+            lines_of_action: lines,
+            friction_point,
+            supports,
+        })
+    }
+
+    /// The rigid-body scene.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Displacement of the base at the reaction point in m.
+    pub fn base_displacement(&self) -> f64 {
+        self.base.displacement(&self.base_state)
+    }
+
+    fn base_velocity(&self) -> f64 {
+        self.base.velocity(&self.base_state)
+    }
+}
+
+fn middle(points: &[Point3<f64>]) -> Point3<f64> {
+    let sum = points.iter().fold(Vector3::zeros(), |sum, p| sum + p.coords);
+    Point3::from(sum / points.len().max(1) as f64)
+}
+
+impl Plant for Rig {
+    fn step_s(&self) -> f64 {
+        self.scene.dt_s()
+    }
+
+    fn position(&self) -> f64 {
+        self.scene.position() - self.base_displacement()
+    }
+
+    fn velocity(&self) -> f64 {
+        self.scene.velocity() - self.base_velocity()
+    }
+
+    fn coast(&mut self, force: f64) -> Coast {
+        let velocity = self.velocity();
+        let decay = self.viscous * self.step_s() / self.scene.inertia();
+        let response = if decay > 0.0 { -(-decay).exp_m1() / decay } else { 1.0 };
+        let mobility = response * self.step_s() / self.scene.inertia();
+        let table =
+            self.scene.velocity() * (-decay).exp() + mobility * (force + self.viscous * self.base_velocity());
+        let on_base = self.viscous * velocity - force;
+        let base = self.base.free_velocity(&self.base_state) + self.base.velocity_per_force() * on_base;
+        Coast { velocity, free_velocity: table - base, mobility: mobility + self.base.velocity_per_force() }
+    }
+
+    fn advance(&mut self, motor_force: f64, guide_force: f64) {
+        let before = self.velocity();
+        let share = motor_force / self.lines_of_action.len() as f64;
+        for point in &self.lines_of_action {
+            self.scene.apply(share, *point);
+        }
+        self.scene.apply(guide_force + self.viscous * self.base_velocity(), self.friction_point);
+        self.scene.drag(self.viscous, self.friction_point);
+        self.scene.step();
+        // Mean drag of the step, from the velocities at its two ends.
+        let after = self.scene.velocity() - self.base_velocity();
+        let drag = self.viscous * 0.5 * (before + after);
+        self.base.advance(&mut self.base_state, drag - motor_force - guide_force);
+    }
+
+    fn place(&mut self, position: f64, velocity: f64) {
+        self.scene.place(position, velocity);
+        self.base_state.fill(0.0);
+    }
+
+    fn snapshot(&self) -> Vec<f64> {
+        let mut all = self.base_state.clone();
+        all.extend(self.scene.snapshot());
+        all
+    }
+
+    fn restore(&mut self, snapshot: &[f64]) {
+        let (base, scene) = snapshot.split_at(self.base_state.len());
+        self.base_state.copy_from_slice(base);
+        // A snapshot of the same plant always fits; another plant's is a mistake of the caller.
+        let fits = self.scene.restore(scene).is_ok();
+        debug_assert!(fits, "snapshot of another plant");
+    }
+
+    fn slider_loads(&self) -> Option<[f64; 4]> {
+        let loads = self.supports.as_ref()?.distribute(&self.scene.reaction());
+        let vertical: Vec<f64> = loads.iter().map(|load| load.vertical_n).collect();
+        vertical.try_into().ok()
+    }
+}
