@@ -1,0 +1,333 @@
+//! Which column of a file holds which signal, in which unit.
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use super::document::{Document, Step};
+use super::manifest::{number, text_at};
+use super::signal::{Signal, TIME_KEY};
+use super::spelling;
+use crate::error::{Error, ErrorKind, Result};
+use crate::units::{Dimension, Motion, Unit};
+
+const KEYS: [&str; 4] = ["column", "unit", "scale", "offset"];
+
+/// Where one signal comes from: si = (reading · numerator / denominator) · scale + offset.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Source {
+    pub(super) column: String,
+    /// The unit as it was written, or "n per count".
+    unit: String,
+    numerator: f64,
+    denominator: f64,
+    scale: f64,
+    offset: f64,
+}
+
+impl Source {
+    /// A column with the canonical name and SI unit.
+    pub(super) fn canonical(key: &str, dimension: Dimension) -> Self {
+        Self {
+            column: key.to_owned(),
+            unit: dimension.si_symbol().to_owned(),
+            numerator: 1.0,
+            denominator: 1.0,
+            scale: 1.0,
+            offset: 0.0,
+        }
+    }
+
+    /// Whether readings are taken over unchanged.
+    fn is_plain(&self) -> bool {
+        self.numerator == self.denominator && self.scale == 1.0 && self.offset == 0.0
+    }
+
+    /// Converts a column in place.
+    pub(super) fn convert(&self, samples: &mut [f64]) {
+        if self.is_plain() {
+            return;
+        }
+        for sample in samples {
+            *sample = (*sample * self.numerator / self.denominator) * self.scale + self.offset;
+        }
+    }
+}
+
+/// One conversion at the door, for reports: which column became which signal, and how.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Conversion {
+    /// The canonical name.
+    pub key: String,
+    /// The SI unit of the signal.
+    pub si_unit: &'static str,
+    /// The column of the file.
+    pub column: String,
+    /// The unit in which the column was read.
+    pub unit: String,
+    /// SI units that one reading of 1 makes, the scale included.
+    pub factor: f64,
+    /// The scale in it that corrects the reading (1 when none was given).
+    pub scale: f64,
+    /// Added in SI afterwards.
+    pub offset: f64,
+    /// The runs that were read so.
+    pub runs: Vec<String>,
+}
+
+impl Conversion {
+    pub(super) fn new(key: &str, dimension: Dimension, source: &Source, run: &str) -> Self {
+        Self {
+            key: key.to_owned(),
+            si_unit: dimension.si_symbol(),
+            column: source.column.clone(),
+            unit: source.unit.clone(),
+            factor: source.numerator / source.denominator * source.scale,
+            scale: source.scale,
+            offset: source.offset,
+            runs: vec![run.to_owned()],
+        }
+    }
+
+    pub(super) fn is_needless(&self) -> bool {
+        self.key == self.column && self.factor == 1.0 && self.offset == 0.0
+    }
+
+    pub(super) fn same_but_runs(&self, other: &Self) -> bool {
+        let bare = |conversion: &Self| Self { runs: Vec::new(), ..conversion.clone() };
+        bare(self) == bare(other)
+    }
+}
+
+impl fmt::Display for Conversion {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} from column `{}` [{}]", self.key, self.column, self.unit)?;
+        if self.factor != 1.0 {
+            write!(f, " × {} {}", self.factor, self.si_unit)?;
+        }
+        if self.scale != 1.0 {
+            write!(f, " (a scale of {} in it)", self.scale)?;
+        }
+        if self.offset != 0.0 {
+            write!(f, " + {} {}", self.offset, self.si_unit)?;
+        }
+        Ok(())
+    }
+}
+
+/// The `[columns]` of a recording or of one run.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ColumnMap {
+    pub(super) time: Option<Source>,
+    /// By canonical key, which fixes signal and motion.
+    pub(super) signals: BTreeMap<String, Source>,
+}
+
+impl ColumnMap {
+    /// Reads the table at `steps`, if it is there.
+    pub(super) fn read(document: &Document, steps: &[Step<'_>]) -> Result<Self> {
+        let mut map = Self::default();
+        let Some(value) = find(&document.values, steps) else { return Ok(map) };
+        let expected = "a table such as `position_m = { column = \"pos\", unit = \"mm\" }`";
+        let table = value.as_table().ok_or_else(|| document.wrong_type(steps, value, expected))?;
+        for (key, value) in table {
+            let steps = [steps, &[Step::Key(key)]].concat();
+            if key == TIME_KEY {
+                map.time = Some(read_source(document, &steps, value, Dimension::Time)?);
+                continue;
+            }
+            let Some((signal, motion)) = Signal::from_key(key) else {
+                return Err(document.unknown_key(&steps, key, &Signal::keys(None)));
+            };
+            let dimension = signal.dimension(motion.unwrap_or(Motion::Prismatic));
+            map.signals.insert(key.clone(), read_source(document, &steps, value, dimension)?);
+        }
+        Ok(map)
+    }
+
+    /// This map with what a run says instead.
+    pub(super) fn overridden_by(&self, run: Self) -> Self {
+        let mut merged = self.clone();
+        merged.time = run.time.or(merged.time);
+        merged.signals.extend(run.signals);
+        merged
+    }
+}
+
+fn find<'a>(table: &'a toml::Table, steps: &[Step<'_>]) -> Option<&'a toml::Value> {
+    let (first, rest) = steps.split_first()?;
+    let Step::Key(key) = first else { return None };
+    rest.iter().try_fold(table.get(*key)?, |value, step| match step {
+        Step::Key(key) => value.get(key),
+        Step::Index(index) => value.get(index),
+    })
+}
+
+fn read_source(
+    document: &Document,
+    steps: &[Step<'_>],
+    value: &toml::Value,
+    dimension: Dimension,
+) -> Result<Source> {
+    let mut source = Source::canonical("", dimension);
+    let table = match value {
+        toml::Value::String(column) => {
+            source.column.clone_from(column);
+            return Ok(source);
+        }
+        toml::Value::Table(table) => table,
+        other => {
+            let expected = "a column name in quotes, or a table such as { column = \"pos\", unit = \"mm\" }";
+            return Err(document.wrong_type(steps, other, expected));
+        }
+    };
+    if let Some(name) = table.keys().find(|name| !KEYS.contains(&name.as_str())) {
+        return Err(document.unknown_key(&[steps, &[Step::Key(name)]].concat(), name, &KEYS));
+    }
+    // Without `column` the canonical name stands, so that `position_m = { unit = "mm" }` says it all.
+    let own_name = match steps.last() {
+        Some(Step::Key(key)) => *key,
+        _ => "",
+    };
+    source.column = text_at(document, table, steps, "column")?.unwrap_or(own_name).to_owned();
+    if let Some(unit) = table.get("unit") {
+        read_unit(document, steps, unit, dimension, &mut source)?;
+    }
+    if let Some(scale) = finite(document, table, steps, "scale")? {
+        if scale == 0.0 {
+            let steps = [steps, &[Step::Key("scale")]].concat();
+            return Err(document
+                .refuse(ErrorKind::OutOfRange, &steps)
+                .found("0")
+                .expected("a factor that is not zero")
+                .remedy("leave `scale` out, or give the factor that corrects the reading"));
+        }
+        source.scale = scale;
+    }
+    source.offset = finite(document, table, steps, "offset")?.unwrap_or(0.0);
+    Ok(source)
+}
+
+fn read_unit(
+    document: &Document,
+    steps: &[Step<'_>],
+    value: &toml::Value,
+    dimension: Dimension,
+    source: &mut Source,
+) -> Result<()> {
+    let steps = [steps, &[Step::Key("unit")]].concat();
+    if let Some(text) = value.as_str() {
+        let unit = Unit::parse_as(text, dimension).map_err(|error| relocate(document, &steps, &error))?;
+        source.unit = unit.symbol().to_owned();
+        (source.numerator, source.denominator) = unit.quotient();
+        return Ok(());
+    }
+    let per_count = number(value).filter(|factor| factor.is_finite() && *factor > 0.0).ok_or_else(|| {
+        let si = dimension.si_symbol();
+        document.wrong_type(
+            &steps,
+            value,
+            &format!("a unit in quotes, or a positive number of {si} per count"),
+        )
+    })?;
+    source.unit = format!("{per_count} {} per count", dimension.si_symbol());
+    source.numerator = per_count;
+    Ok(())
+}
+
+/// The same refusal with file, line and key in front.
+fn relocate(document: &Document, steps: &[Step<'_>], error: &Error) -> Error {
+    let located = document.refuse(error.kind(), steps);
+    let (row, key) = (located.row_number(), located.key_name().unwrap_or_default().to_owned());
+    let error = error.clone().file(&document.path).key(key);
+    match row {
+        Some(row) => error.row(row),
+        None => error,
+    }
+}
+
+fn finite(document: &Document, table: &toml::Table, steps: &[Step<'_>], key: &str) -> Result<Option<f64>> {
+    let Some(value) = table.get(key) else { return Ok(None) };
+    let steps = [steps, &[Step::Key(key)]].concat();
+    let finite = number(value).filter(|number| number.is_finite());
+    finite.map(Some).ok_or_else(|| document.wrong_type(&steps, value, "a finite number"))
+}
+
+/// The signals of one file: the mapped ones, and the columns that bear a canonical name.
+#[derive(Debug)]
+pub(super) struct Resolved {
+    pub(super) motion: Option<Motion>,
+    pub(super) time: Option<Source>,
+    pub(super) signals: BTreeMap<Signal, (String, Source)>,
+    pub(super) ignored: Vec<String>,
+}
+
+/// Finds the columns of a file that hold signals.
+///
+/// # Errors
+/// A mapped column that is not there or there twice, one column for two signals, keys of both motions.
+pub(super) fn resolve(map: &ColumnMap, names: &[String]) -> Result<Resolved> {
+    let mut wanted: BTreeMap<String, Source> = map.signals.clone();
+    for name in names {
+        if let Some((signal, motion)) = Signal::from_key(name) {
+            let dimension = signal.dimension(motion.unwrap_or(Motion::Prismatic));
+            wanted.entry(name.clone()).or_insert_with(|| Source::canonical(name, dimension));
+        }
+    }
+    let time_there = names.iter().any(|name| name == TIME_KEY);
+    let canonical_time = time_there.then(|| Source::canonical(TIME_KEY, Dimension::Time));
+    let time = map.time.clone().or(canonical_time);
+    let motion = one_motion(wanted.keys())?;
+    let mut used: BTreeMap<String, &str> = BTreeMap::new();
+    for (key, source) in
+        time.iter().map(|source| (TIME_KEY, source)).chain(wanted.iter().map(|(k, s)| (k.as_str(), s)))
+    {
+        check_present(key, &source.column, names)?;
+        if let Some(other) = used.insert(source.column.clone(), key) {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .key(key)
+                .found(format!("column `{}`, which `{other}` reads too", source.column))
+                .expected("one column for each signal")
+                .remedy("correct [columns], or leave out the signal that was not logged"));
+        }
+    }
+    let ignored = names.iter().filter(|name| !used.contains_key(*name)).cloned().collect();
+    let signals = wanted
+        .into_iter()
+        .filter_map(|(key, source)| Some((Signal::from_key(&key)?.0, (key, source))))
+        .collect();
+    Ok(Resolved { motion, time, signals, ignored })
+}
+
+fn one_motion<'a>(keys: impl Iterator<Item = &'a String>) -> Result<Option<Motion>> {
+    let mut first: Option<(&str, Motion)> = None;
+    for key in keys {
+        let Some((_, Some(motion))) = Signal::from_key(key) else { continue };
+        match first {
+            Some((other, before)) if before != motion => {
+                return Err(Error::new(ErrorKind::Inconsistent)
+                    .key(key)
+                    .found(format!("`{key}` ({motion}) beside `{other}` ({before})"))
+                    .expected("signals of one motion: all in m and N, or all in rad and N·m")
+                    .remedy("rename or map the columns to one motion"));
+            }
+            _ => first = Some((key, motion)),
+        }
+    }
+    Ok(first.map(|(_, motion)| motion))
+}
+
+fn check_present(key: &str, column: &str, names: &[String]) -> Result<()> {
+    let error = match names.iter().filter(|name| *name == column).count() {
+        1 => return Ok(()),
+        0 => Error::new(ErrorKind::Missing).found(format!("the columns {}", names.join(", "))).expected(
+            format!(
+                "a column `{column}` for `{key}`{}",
+                spelling::hint(column, names.iter().map(String::as_str))
+            ),
+        ),
+        several => Error::new(ErrorKind::Inconsistent)
+            .found(format!("{several} columns named `{column}`"))
+            .expected(format!("one, for `{key}`")),
+    };
+    Err(error.key(column).remedy("correct the header of the file or [columns] of recording.toml"))
+}

@@ -1,0 +1,212 @@
+//! `recording.toml`: which files hold the runs, and what their columns mean.
+
+use std::collections::BTreeMap;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
+
+use super::columns::ColumnMap;
+use super::document::{Document, Step};
+use super::run::Role;
+use super::spelling;
+use crate::error::{Error, ErrorKind, Result};
+use crate::units::Motion;
+
+/// The name of the file that makes a folder a recording.
+pub(super) const FILE_NAME: &str = "recording.toml";
+/// Environment variable that says where the data of recordings with a `data_folder` are.
+pub(super) const DATA_VARIABLE: &str = "SLIDEWAY_DATA";
+
+const KEYS: [&str; 7] = ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
+const RUN_KEYS: [&str; 5] = ["file", "name", "role", "set", "columns"];
+
+/// One `[[run]]`.
+#[derive(Debug)]
+pub(super) struct RunEntry {
+    pub(super) index: usize,
+    pub(super) name: String,
+    pub(super) file: PathBuf,
+    pub(super) role: Option<Role>,
+    pub(super) settings: BTreeMap<String, toml::Value>,
+    pub(super) metadata: toml::Table,
+    pub(super) columns: ColumnMap,
+}
+
+/// A read and checked `recording.toml`; paths are resolved.
+#[derive(Debug)]
+pub(super) struct Manifest {
+    pub(super) document: Document,
+    pub(super) sample_period_s: Option<f64>,
+    pub(super) motion: Option<Motion>,
+    pub(super) machine: Option<PathBuf>,
+    pub(super) note: Option<String>,
+    pub(super) runs: Vec<RunEntry>,
+}
+
+impl Manifest {
+    /// Checks a parsed document. `data_variable` is the content of the environment variable, if set.
+    pub(super) fn new(document: Document, data_variable: Option<OsString>) -> Result<Self> {
+        if let Some(name) = document.values.keys().find(|name| !KEYS.contains(&name.as_str())) {
+            return Err(document.unknown_key(&[Step::Key(name)], name, &KEYS));
+        }
+        let folder = document.path.parent().unwrap_or(Path::new("")).to_path_buf();
+        let data_folder = match text_at(&document, &document.values, &[], "data_folder")? {
+            Some(default) => data_variable.map_or_else(|| folder.join(default), PathBuf::from),
+            None => folder.clone(),
+        };
+        let columns = ColumnMap::read(&document, &[Step::Key("columns")])?;
+        let runs = read_runs(&document, &data_folder, &columns)?;
+        let manifest = Self {
+            sample_period_s: read_period(&document)?,
+            motion: read_motion(&document)?,
+            machine: text_at(&document, &document.values, &[], "machine")?
+                .map(|machine| folder.join(machine)),
+            note: text_at(&document, &document.values, &[], "note")?.map(str::to_owned),
+            runs,
+            document,
+        };
+        manifest.check_names()?;
+        Ok(manifest)
+    }
+
+    fn check_names(&self) -> Result<()> {
+        let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+        for run in &self.runs {
+            if let Some(first) = seen.insert(&run.name, run.index) {
+                return Err(self
+                    .document
+                    .refuse(ErrorKind::Inconsistent, &[Step::Key("run"), Step::Index(run.index)])
+                    .found(format!("the run name `{}` a second time (first in run {})", run.name, first + 1))
+                    .expected("run names that differ")
+                    .remedy("drop the repeated [[run]], or give one a `name = \"…\"`"));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn read_period(document: &Document) -> Result<Option<f64>> {
+    let steps = [Step::Key("sample_period_s")];
+    let Some(value) = document.values.get("sample_period_s") else { return Ok(None) };
+    let expected = "a positive number of seconds, such as 250e-6";
+    let period = number(value).ok_or_else(|| document.wrong_type(&steps, value, expected))?;
+    if period.is_finite() && period > 0.0 {
+        return Ok(Some(period));
+    }
+    Err(document
+        .refuse(ErrorKind::OutOfRange, &steps)
+        .found(period.to_string())
+        .expected(expected)
+        .remedy("correct it, or leave it out when the files have a time column"))
+}
+
+fn read_motion(document: &Document) -> Result<Option<Motion>> {
+    match text_at(document, &document.values, &[], "motion")? {
+        None => Ok(None),
+        Some("prismatic") => Ok(Some(Motion::Prismatic)),
+        Some("revolute") => Ok(Some(Motion::Revolute)),
+        Some(other) => Err(document
+            .refuse(ErrorKind::Syntax, &[Step::Key("motion")])
+            .found(format!("{other:?}"))
+            .expected("\"prismatic\" or \"revolute\"")
+            .remedy("write one of the two, or leave the key out where the signals tell")),
+    }
+}
+
+fn read_runs(document: &Document, data_folder: &Path, common: &ColumnMap) -> Result<Vec<RunEntry>> {
+    let steps = [Step::Key("run")];
+    let remedy = "add a [[run]] with `file = \"…\"` for each CSV or Parquet file";
+    let none = |error: Error| error.expected("at least one [[run]]").remedy(remedy);
+    let Some(value) = document.values.get("run") else {
+        return Err(none(document.refuse(ErrorKind::Missing, &[]).key("run").found("no [[run]]")));
+    };
+    let expected = "an array of tables, each headed [[run]]";
+    let list = value.as_array().ok_or_else(|| document.wrong_type(&steps, value, expected))?;
+    if list.is_empty() {
+        return Err(none(document.refuse(ErrorKind::Missing, &steps).found("an empty list")));
+    }
+    let read = |(index, value): (usize, &toml::Value)| {
+        let steps = [Step::Key("run"), Step::Index(index)];
+        let table = value.as_table().ok_or_else(|| document.wrong_type(&steps, value, expected))?;
+        read_run(document, index, table, data_folder, common)
+    };
+    list.iter().enumerate().map(read).collect()
+}
+
+fn read_run(
+    document: &Document,
+    index: usize,
+    table: &toml::Table,
+    data_folder: &Path,
+    common: &ColumnMap,
+) -> Result<RunEntry> {
+    let base = [Step::Key("run"), Step::Index(index)];
+    let at = |key: &'static str| [base[0], base[1], Step::Key(key)];
+    for name in table.keys() {
+        let meant = RUN_KEYS.into_iter().find(|key| spelling::is_slip(name, key));
+        if meant.is_some() && !RUN_KEYS.contains(&name.as_str()) {
+            return Err(document.unknown_key(&[base[0], base[1], Step::Key(name)], name, &RUN_KEYS));
+        }
+    }
+    let Some(file) = text_at(document, table, &base, "file")? else {
+        return Err(document
+            .refuse(ErrorKind::Missing, &base)
+            .found("a [[run]] without `file`")
+            .expected("the CSV or Parquet file of the run")
+            .remedy("add `file = \"…\"`"));
+    };
+    let path = data_folder.join(file);
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let name = text_at(document, table, &base, "name")?.map(str::to_owned).or(stem).unwrap_or_default();
+    let role = match text_at(document, table, &base, "role")? {
+        None => None,
+        Some(text) => Some(Role::from_text(text).ok_or_else(|| {
+            document
+                .refuse(ErrorKind::Syntax, &at("role"))
+                .found(format!("{text:?}"))
+                .expected("\"training\" or \"held_out\"")
+                .remedy("write one of the two, or leave `role` out and let the split decide")
+        })?),
+    };
+    let mut settings = BTreeMap::new();
+    if let Some(set) = table.get("set") {
+        let expected = "a table of machine settings, such as { \"controller.integral\" = 22 }";
+        let set = set.as_table().ok_or_else(|| document.wrong_type(&at("set"), set, expected))?;
+        flatten(set, "", &mut settings);
+    }
+    let columns = common.overridden_by(ColumnMap::read(document, &at("columns"))?);
+    let metadata = table.iter().filter(|(key, _)| !RUN_KEYS.contains(&key.as_str()));
+    let metadata = metadata.map(|(key, value)| (key.clone(), value.clone())).collect();
+    Ok(RunEntry { index, name, file: path, role, settings, metadata, columns })
+}
+
+/// `controller.integral = 22` and `"controller.integral" = 22` are the same key path.
+fn flatten(table: &toml::Table, prefix: &str, settings: &mut BTreeMap<String, toml::Value>) {
+    for (key, value) in table {
+        let path = if prefix.is_empty() { key.clone() } else { format!("{prefix}.{key}") };
+        match value {
+            toml::Value::Table(inner) => flatten(inner, &path, settings),
+            plain => {
+                settings.insert(path, plain.clone());
+            }
+        }
+    }
+}
+
+/// A number, whole or not.
+pub(super) fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
+/// An optional text.
+pub(super) fn text_at<'a>(
+    document: &Document,
+    table: &'a toml::Table,
+    base: &[Step<'_>],
+    key: &str,
+) -> Result<Option<&'a str>> {
+    let Some(value) = table.get(key) else { return Ok(None) };
+    value.as_str().map(Some).ok_or_else(|| {
+        let steps = [base, &[Step::Key(key)]].concat();
+        document.wrong_type(&steps, value, "a text in quotes")
+    })
+}

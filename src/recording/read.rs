@@ -1,0 +1,211 @@
+//! Reading a recording: TOML, then every run, then what only all runs together tell.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use sha2::{Digest, Sha256};
+
+use super::Recording;
+use super::columns::{Conversion, resolve};
+use super::document::Document;
+use super::manifest::{DATA_VARIABLE, FILE_NAME, Manifest, RunEntry};
+use super::plausibility::plausibility;
+use super::run::{Run, hex};
+use super::signal::{Signal, TIME_KEY};
+use super::table::Table;
+use super::timing::Timing;
+use crate::error::{Error, ErrorKind, Result};
+use crate::units::{Dimension, Motion};
+
+const SMALLEST_MANIFEST: &str =
+    "the smallest is `[[run]]` with `file = \"log.csv\"`, and `[columns]` where names differ";
+
+pub(super) fn recording(path: &Path) -> Result<Recording> {
+    let manifest = Manifest::load(&manifest_path(path)?, std::env::var_os(DATA_VARIABLE))?;
+    let read: Vec<Result<Reading>> = manifest
+        .runs
+        .par_iter()
+        .map(|entry| Reading::new(&manifest, entry).map_err(|error| error.file(&entry.file)))
+        .collect();
+    // Gathered in file order, so that of several faults the same one is always told.
+    let readings = read.into_iter().collect::<Result<Vec<_>>>()?;
+    let motion = motion(&manifest, &readings)?;
+    let mut units_read: Vec<Conversion> = Vec::new();
+    let mut runs = Vec::with_capacity(readings.len());
+    for (entry, mut reading) in manifest.runs.iter().zip(readings) {
+        for conversion in std::mem::take(&mut reading.conversions) {
+            match units_read.iter_mut().find(|known| known.same_but_runs(&conversion)) {
+                Some(known) => known.runs.extend(conversion.runs),
+                None => units_read.push(conversion),
+            }
+        }
+        runs.push(reading.into_run(entry, motion).map_err(|error| error.file(&entry.file))?);
+    }
+    let mut recording = Recording::new(runs).map_err(|error| error.file(&manifest.document.path))?;
+    for run in recording.runs() {
+        if let Some(finding) = plausibility(run).into_iter().next() {
+            return Err(Error::from(finding).file(&run.file));
+        }
+    }
+    recording.manifest_sha256 = manifest.document.sha256();
+    recording.path.clone_from(&manifest.document.path);
+    recording.note = manifest.note;
+    recording.machine = manifest.machine;
+    recording.units_read = units_read;
+    Ok(recording)
+}
+
+fn manifest_path(path: &Path) -> Result<PathBuf> {
+    let is_toml = path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    let file = if path.is_dir() { path.join(FILE_NAME) } else { path.to_path_buf() };
+    let refuse = |found: &str| {
+        Error::new(ErrorKind::Missing)
+            .file(&file)
+            .found(found)
+            .expected("a folder with recording.toml, or such a TOML file")
+            .remedy(SMALLEST_MANIFEST)
+    };
+    if !file.exists() {
+        return Err(refuse("no such file"));
+    }
+    if path.is_dir() || is_toml { Ok(file) } else { Err(refuse("a file that is not TOML")) }
+}
+
+impl Manifest {
+    /// Reads and checks a `recording.toml`.
+    pub(super) fn load(path: &Path, data_variable: Option<std::ffi::OsString>) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+        let text = String::from_utf8(bytes).map_err(|error| {
+            Error::new(ErrorKind::Syntax)
+                .file(path)
+                .found(error.utf8_error().to_string())
+                .expected("UTF-8 text")
+                .remedy("save the file as UTF-8")
+        })?;
+        Self::new(Document::parse(path, text)?, data_variable)
+    }
+}
+
+impl Document {
+    fn sha256(&self) -> String {
+        let mut hash = Sha256::new();
+        hash.update(self.text());
+        hex(hash)
+    }
+}
+
+/// The declared motion, or the one that the signals of all runs imply.
+fn motion(manifest: &Manifest, readings: &[Reading]) -> Result<Motion> {
+    let mut known = manifest.motion.map(|motion| (motion, &manifest.document.path));
+    for (entry, reading) in manifest.runs.iter().zip(readings) {
+        match (known, reading.motion) {
+            (Some((before, place)), Some(motion)) if before != motion => {
+                return Err(Error::new(ErrorKind::Inconsistent)
+                    .file(&entry.file)
+                    .key("motion")
+                    .found(format!("signals of a {motion} axis"))
+                    .expected(format!("a {before} one, as {} says", place.display()))
+                    .remedy("correct the column names, or make a recording for each axis"));
+            }
+            (None, Some(motion)) => known = Some((motion, &entry.file)),
+            _ => {}
+        }
+    }
+    known.map(|(motion, _)| motion).ok_or_else(|| {
+        Error::new(ErrorKind::Missing)
+            .file(&manifest.document.path)
+            .key("motion")
+            .found("signals that do not tell whether the axis slides or turns")
+            .expected("\"prismatic\" or \"revolute\"")
+            .remedy("add `motion = \"prismatic\"` to the file, or map a position")
+    })
+}
+
+/// One run before its motion is known.
+struct Reading {
+    motion: Option<Motion>,
+    signals: BTreeMap<Signal, Vec<f64>>,
+    timing: Timing,
+    start_s: f64,
+    sha256: String,
+    ignored_columns: Vec<String>,
+    conversions: Vec<Conversion>,
+}
+
+impl Reading {
+    fn new(manifest: &Manifest, entry: &RunEntry) -> Result<Self> {
+        let table = Table::open(&entry.file)?;
+        let resolved = resolve(&entry.columns, table.names())?;
+        if resolved.time.is_none() && manifest.sample_period_s.is_none() {
+            return Err(no_time(table.names()));
+        }
+        let sources = resolved.signals.values().map(|(_, source)| source).chain(resolved.time.as_ref());
+        let place = |column: &str| table.names().iter().position(|name| name == column);
+        let places: Vec<usize> = sources.filter_map(|source| place(&source.column)).collect();
+        if resolved.signals.is_empty() {
+            return Err(no_signals(table.names()));
+        }
+        let mut columns = table.columns(&places)?;
+        let mut conversions = Vec::new();
+        let (mut timing, mut start_s) = (None, 0.0);
+        if let Some(source) = &resolved.time
+            && let Some(mut time_s) = columns.values.pop()
+        {
+            source.convert(&mut time_s);
+            conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
+            start_s = time_s.first().copied().unwrap_or_default();
+            timing = Some(
+                Timing::of_column(&time_s, manifest.sample_period_s, columns.first_row)
+                    .map_err(|error| error.key(source.column.clone()))?,
+            );
+        }
+        let mut signals = BTreeMap::new();
+        for ((signal, (key, source)), mut samples) in resolved.signals.iter().zip(columns.values) {
+            source.convert(&mut samples);
+            let dimension = signal.dimension(resolved.motion.unwrap_or(Motion::Prismatic));
+            conversions.push(Conversion::new(key, dimension, source, &entry.name));
+            signals.insert(*signal, samples);
+        }
+        conversions.retain(|conversion| !conversion.is_needless());
+        Ok(Self {
+            motion: resolved.motion,
+            signals,
+            timing: timing.unwrap_or_else(|| Timing::declared(manifest.sample_period_s.unwrap_or_default())),
+            start_s,
+            sha256: columns.sha256,
+            ignored_columns: resolved.ignored,
+            conversions,
+        })
+    }
+
+    fn into_run(self, entry: &RunEntry, motion: Motion) -> Result<Run> {
+        let mut run =
+            Run::of_file(entry.name.clone(), motion, self.timing.sample_period_s, self.signals, self.sha256)?;
+        run.role = entry.role;
+        run.start_s = self.start_s;
+        run.metadata.clone_from(&entry.metadata);
+        run.settings.clone_from(&entry.settings);
+        run.file.clone_from(&entry.file);
+        run.timing = self.timing;
+        run.ignored_columns = self.ignored_columns;
+        Ok(run)
+    }
+}
+
+fn no_time(names: &[String]) -> Error {
+    let hint = super::spelling::hint(TIME_KEY, names.iter().map(String::as_str));
+    Error::new(ErrorKind::Missing)
+        .key(TIME_KEY)
+        .found(format!("the columns {}", names.join(", ")))
+        .expected(format!("a time column, or sample_period_s in recording.toml{hint}"))
+        .remedy("add `sample_period_s = …`, or `time_s = { column = \"…\", unit = \"s\" }` under [columns]")
+}
+
+fn no_signals(names: &[String]) -> Error {
+    Error::new(ErrorKind::Missing)
+        .key("columns")
+        .found(format!("the columns {}", names.join(", ")))
+        .expected(format!("at least one of {}", Signal::keys(None).join(", ")))
+        .remedy("map the columns in [columns] of recording.toml: `position_m = { column = \"…\", unit = \"mm\" }`")
+}

@@ -1,0 +1,252 @@
+//! One stroke, test or log: signals sampled together at one period.
+
+use std::collections::BTreeMap;
+use std::fmt;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use sha2::{Digest, Sha256};
+
+use super::signal::Signal;
+use super::timing::Timing;
+use crate::error::{Error, ErrorKind, Result};
+use crate::units::Motion;
+
+/// What a run may be used for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Role {
+    /// Parameters may be fitted to it.
+    Training,
+    /// It only judges what was fitted elsewhere.
+    HeldOut,
+}
+
+impl Role {
+    /// The text in `recording.toml`.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Training => "training",
+            Self::HeldOut => "held_out",
+        }
+    }
+
+    pub(super) fn from_text(text: &str) -> Option<Self> {
+        [Self::Training, Self::HeldOut].into_iter().find(|role| role.text() == text)
+    }
+}
+
+impl fmt::Display for Role {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.text())
+    }
+}
+
+/// One run: at least one sample of at least one measured signal, all finite, all of one length, in SI.
+///
+/// Sample k was taken at `start_s + k · sample_period_s`. A copy is cheap: the samples are shared.
+#[derive(Debug, Clone)]
+pub struct Run {
+    name: String,
+    motion: Motion,
+    sample_period_s: f64,
+    signals: Arc<BTreeMap<Signal, Vec<f64>>>,
+    /// What it may be used for, where that was declared.
+    pub role: Option<Role>,
+    /// Time of the first sample.
+    pub start_s: f64,
+    /// Free keys of the recording (stroke, feed, …).
+    pub metadata: toml::Table,
+    /// Machine settings in force in this run, by key path (the key `set`).
+    pub settings: BTreeMap<String, toml::Value>,
+    /// The file it was read from; empty for a run made in memory.
+    pub file: PathBuf,
+    /// SHA-256 of that file, or of the samples for a run made in memory.
+    pub sha256: String,
+    /// What was found about its time column.
+    pub timing: Timing,
+    /// Columns of the file that no signal uses.
+    pub ignored_columns: Vec<String>,
+}
+
+impl Run {
+    /// A run made in memory, a replay say.
+    ///
+    /// # Errors
+    /// An empty name or one that cannot name a file, a period that is not positive, no measured signal,
+    /// no samples, different lengths, NaN or infinity.
+    pub fn new(
+        name: impl Into<String>,
+        motion: Motion,
+        sample_period_s: f64,
+        signals: BTreeMap<Signal, Vec<f64>>,
+    ) -> Result<Self> {
+        let mut run = Self::of_file(name.into(), motion, sample_period_s, signals, String::new())?;
+        run.sha256 = samples_sha256(sample_period_s, &run.signals, motion);
+        Ok(run)
+    }
+
+    /// A run with the hash of the file that it was read from.
+    pub(super) fn of_file(
+        name: String,
+        motion: Motion,
+        sample_period_s: f64,
+        signals: BTreeMap<Signal, Vec<f64>>,
+        sha256: String,
+    ) -> Result<Self> {
+        check_name(&name)?;
+        if !(sample_period_s.is_finite() && sample_period_s > 0.0) {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .key("sample_period_s")
+                .found(sample_period_s.to_string())
+                .expected("a positive number of seconds")
+                .remedy("give the time between two samples, 250e-6 say"));
+        }
+        check_signals(&signals, motion).map_err(|error| error.key(name.clone()))?;
+        Ok(Self {
+            name,
+            motion,
+            sample_period_s,
+            signals: Arc::new(signals),
+            role: None,
+            start_s: 0.0,
+            metadata: toml::Table::new(),
+            settings: BTreeMap::new(),
+            file: PathBuf::new(),
+            sha256,
+            timing: Timing::declared(sample_period_s),
+            ignored_columns: Vec::new(),
+        })
+    }
+
+    /// The name, unique within its recording.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Whether the axis slides or turns.
+    pub fn motion(&self) -> Motion {
+        self.motion
+    }
+
+    /// Time between two samples.
+    pub fn sample_period_s(&self) -> f64 {
+        self.sample_period_s
+    }
+
+    pub(super) fn set_sample_period_s(&mut self, sample_period_s: f64) {
+        self.sample_period_s = sample_period_s;
+    }
+
+    /// Number of samples; at least one.
+    #[expect(clippy::len_without_is_empty, reason = "a run is never empty")]
+    pub fn len(&self) -> usize {
+        self.signals.values().next().map_or(0, Vec::len)
+    }
+
+    /// From the first sample to the last.
+    pub fn duration_s(&self) -> f64 {
+        (self.len() - 1) as f64 * self.sample_period_s
+    }
+
+    /// All signals in signal-path order.
+    pub fn signals(&self) -> &BTreeMap<Signal, Vec<f64>> {
+        &self.signals
+    }
+
+    /// The samples of a signal, if it was logged.
+    pub fn signal(&self, signal: Signal) -> Option<&[f64]> {
+        self.signals.get(&signal).map(Vec::as_slice)
+    }
+
+    /// The samples of a signal that the caller cannot do without.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Missing`], naming the run, the signal and those that are there.
+    pub fn require(&self, signal: Signal) -> Result<&[f64]> {
+        self.signal(signal).ok_or_else(|| {
+            let key = signal.key(self.motion);
+            let there: Vec<_> = self.signals.keys().map(|signal| signal.key(self.motion)).collect();
+            let error = Error::new(ErrorKind::Missing)
+                .key(key)
+                .found(format!("run `{}` with {}", self.name, there.join(", ")))
+                .expected(format!("the {} of the axis", signal.word(self.motion)))
+                .remedy(format!("log it, or map its column to `{key}` in [columns] of recording.toml"));
+            if self.file.as_os_str().is_empty() { error } else { error.file(&self.file) }
+        })
+    }
+}
+
+fn check_name(name: &str) -> Result<()> {
+    let plain = |letter: char| !letter.is_control() && !"/\\:*?\"<>|".contains(letter);
+    if !name.is_empty() && !name.starts_with('.') && name.trim() == name && name.chars().all(plain) {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::OutOfRange)
+        .key("name")
+        .found(format!("{name:?}"))
+        .expected("a run name that can name a file: no slashes, colons, quotes or leading dot")
+        .remedy("rename the run, with `name = \"…\"` in its [[run]] if need be"))
+}
+
+fn check_signals(signals: &BTreeMap<Signal, Vec<f64>>, motion: Motion) -> Result<()> {
+    if !signals.keys().any(|signal| signal.is_measured()) {
+        let measured = Signal::ALL.into_iter().filter(|signal| signal.is_measured());
+        let keys: Vec<_> = measured.map(|signal| signal.key(motion)).collect();
+        return Err(Error::new(ErrorKind::Missing)
+            .found("a run without any measured signal")
+            .expected(format!("at least one of {}", keys.join(", ")))
+            .remedy("name the columns so, or map them in [columns] of recording.toml"));
+    }
+    let length = signals.values().next().map_or(0, Vec::len);
+    if length == 0 {
+        return Err(Error::new(ErrorKind::TooLittleData)
+            .found("a run without samples")
+            .expected("at least one sample")
+            .remedy("take the run out of the recording"));
+    }
+    for (signal, samples) in signals {
+        let key = signal.key(motion);
+        if samples.len() != length {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .key(key)
+                .found(format!("{} samples where other signals have {length}", samples.len()))
+                .expected("signals of one length")
+                .remedy("cut all signals to the same samples"));
+        }
+        if let Some(at) = samples.iter().position(|sample| !sample.is_finite()) {
+            return Err(Error::new(ErrorKind::NotFinite)
+                .key(key)
+                .found(format!("{} at sample {at}", samples[at]))
+                .expected("a finite number")
+                .remedy("the simulation or conversion that made this run went wrong"));
+        }
+    }
+    Ok(())
+}
+
+fn samples_sha256(sample_period_s: f64, signals: &BTreeMap<Signal, Vec<f64>>, motion: Motion) -> String {
+    let mut hash = Sha256::new();
+    hash.update(sample_period_s.to_le_bytes());
+    for (signal, samples) in signals {
+        hash.update(signal.key(motion));
+        for sample in samples {
+            hash.update(sample.to_le_bytes());
+        }
+    }
+    hex(hash)
+}
+
+/// A finished hash in hexadecimal.
+pub(super) fn hex(hash: Sha256) -> String {
+    hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// SHA-256 of a file, read piece by piece.
+pub(super) fn file_sha256(path: &Path) -> Result<String> {
+    let mut file = std::fs::File::open(path).map_err(|error| Error::io(path, &error))?;
+    let mut hash = Sha256::new();
+    std::io::copy(&mut file, &mut hash).map_err(|error| Error::io(path, &error))?;
+    Ok(hex(hash))
+}

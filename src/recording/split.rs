@@ -1,0 +1,167 @@
+//! Training and held-out runs, kept apart by their types.
+
+use std::collections::BTreeSet;
+use std::num::NonZeroUsize;
+
+use sha2::{Digest, Sha256};
+
+use super::Recording;
+use super::run::{Role, Run, hex};
+use crate::error::{Error, ErrorKind, Result};
+
+/// How runs without a declared role are shared out: whole runs, one in so many held out.
+///
+/// # Model
+/// The runs are sorted by their metadata and name and cut into as many blocks as runs are to be held out;
+/// in each block the run with the smallest hash of its name is held out. So the choice spreads over strokes and
+/// feeds, does not fall into step with a grid of them, and does not depend on the order in the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SplitRule {
+    held_out_one_in: NonZeroUsize,
+}
+
+impl Default for SplitRule {
+    /// One in four.
+    fn default() -> Self {
+        Self { held_out_one_in: NonZeroUsize::MIN.saturating_add(3) }
+    }
+}
+
+impl SplitRule {
+    /// One run in `runs` is held out (at least one, and at least one is left for training).
+    pub fn one_in(runs: NonZeroUsize) -> Self {
+        Self { held_out_one_in: runs }
+    }
+}
+
+/// Runs that parameters may be fitted to. Made only by [`Recording::split`].
+#[derive(Debug, Clone)]
+pub struct TrainingRuns {
+    runs: Vec<Run>,
+}
+
+/// Runs that judge what was fitted elsewhere. Made only by [`Recording::split`].
+#[derive(Debug, Clone)]
+pub struct HeldOutRuns {
+    runs: Vec<Run>,
+}
+
+impl TrainingRuns {
+    /// The runs, sorted by name; at least one.
+    pub fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+
+    /// The training runs without one of them, and that one, for cross-validation inside the training runs;
+    /// nothing when it is the only one or the index is beyond the last.
+    pub fn leaving_out(&self, index: usize) -> Option<(Self, Run)> {
+        if self.runs.len() < 2 || index >= self.runs.len() {
+            return None;
+        }
+        let mut runs = self.runs.clone();
+        let left_out = runs.remove(index);
+        Some((Self { runs }, left_out))
+    }
+}
+
+impl HeldOutRuns {
+    /// The runs, sorted by name; at least one.
+    pub fn runs(&self) -> &[Run] {
+        &self.runs
+    }
+}
+
+impl Recording {
+    /// Shares the runs out: declared roles first, the others by the rule, never part of a run.
+    ///
+    /// # Errors
+    /// [`ErrorKind::TooLittleData`] when one side stays empty (a single run, or all of one role);
+    /// [`ErrorKind::Inconsistent`] when the same data stand on both sides.
+    pub fn split(&self, rule: SplitRule) -> Result<(TrainingRuns, HeldOutRuns)> {
+        let free: Vec<&Run> = self.runs().iter().filter(|run| run.role.is_none()).collect();
+        let declared = |role| self.runs().iter().filter(|run| run.role == Some(role)).count();
+        let (training, held_out) = (declared(Role::Training), declared(Role::HeldOut));
+        let most = free.len().saturating_sub(usize::from(training == 0));
+        let least = usize::from(held_out == 0);
+        if most < least || training + free.len() == 0 {
+            return Err(self.one_sided(training, held_out));
+        }
+        let one_in = rule.held_out_one_in.get();
+        let share = ((2 * free.len() + one_in) / (2 * one_in)).clamp(least, most);
+        let chosen = choose(free, share);
+        let is_held_out = |run: &&Run| run.role == Some(Role::HeldOut) || chosen.contains(run.name());
+        let (mut held_out, mut training): (Vec<Run>, Vec<Run>) =
+            self.runs().iter().cloned().partition(|run| is_held_out(&run));
+        held_out.sort_by(|a, b| a.name().cmp(b.name()));
+        training.sort_by(|a, b| a.name().cmp(b.name()));
+        self.refuse_shared_data(&training, &held_out)?;
+        Ok((TrainingRuns { runs: training }, HeldOutRuns { runs: held_out }))
+    }
+
+    fn one_sided(&self, training: usize, held_out: usize) -> Error {
+        let error = Error::new(ErrorKind::TooLittleData).key("run").expected("training and held-out runs");
+        let error = match self.runs().len() {
+            1 => error.found("a single run").remedy(
+                "record a second run, or cut this one at a standstill into two files with a [[run]] each",
+            ),
+            runs if training == runs => {
+                error.found("training runs only").remedy("give one run role = \"held_out\", or no role")
+            }
+            runs if held_out == runs => {
+                error.found("held-out runs only").remedy("give one run role = \"training\", or no role")
+            }
+            _ => error.found("too few runs without a role").remedy("record a further run"),
+        };
+        if self.path.as_os_str().is_empty() { error } else { error.file(&self.path) }
+    }
+
+    fn refuse_shared_data(&self, training: &[Run], held_out: &[Run]) -> Result<()> {
+        for run in held_out {
+            if let Some(twin) = training.iter().find(|twin| twin.sha256 == run.sha256) {
+                return Err(Error::new(ErrorKind::Inconsistent)
+                    .file(&self.path)
+                    .key(run.name())
+                    .found(format!("held-out data that are the training run `{}` byte for byte", twin.name()))
+                    .expected("held-out runs that were not trained on")
+                    .remedy("drop one of the two runs"));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// The names of the runs to hold out.
+fn choose(mut free: Vec<&Run>, share: usize) -> BTreeSet<String> {
+    free.sort_by_cached_key(|run| (metadata_key(&run.metadata), run.name().to_owned()));
+    (0..share)
+        .filter_map(|block| {
+            let (from, to) = (block * free.len() / share, (block + 1) * free.len() / share);
+            free.get(from..to)?.iter().min_by_key(|run| name_hash(run.name()))
+        })
+        .map(|run| run.name().to_owned())
+        .collect()
+}
+
+fn name_hash(name: &str) -> String {
+    let mut hash = Sha256::new();
+    hash.update(name);
+    hex(hash)
+}
+
+/// Metadata as a text that sorts numbers by size.
+fn metadata_key(metadata: &toml::Table) -> Vec<(String, String)> {
+    metadata
+        .iter()
+        .map(|(key, value)| {
+            let number = super::manifest::number(value);
+            (key.clone(), number.map_or_else(|| value.to_string(), sortable))
+        })
+        .collect()
+}
+
+/// A number as hexadecimal digits in the order of the numbers.
+fn sortable(number: f64) -> String {
+    let bits = number.to_bits();
+    let ordered = if bits >> 63 == 0 { bits | 1 << 63 } else { !bits };
+    format!("{ordered:016x}")
+}

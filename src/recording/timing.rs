@@ -1,0 +1,203 @@
+//! What the time column says about the sampling.
+
+use super::signal::TIME_KEY;
+use crate::error::{Error, ErrorKind, Result};
+
+/// An interval that differs from the period by more than this fraction counts as irregular.
+const JITTER_FRACTION: f64 = 0.01;
+/// An interval longer than this many periods is a gap: samples are missing.
+const GAP_PERIODS: f64 = 1.5;
+/// Declared and measured period must agree to this fraction; the clocks of drives do, to a few 1e-5.
+const PERIOD_AGREEMENT: f64 = 1e-3;
+/// Rows of irregular intervals that are kept for reports.
+const ROWS_KEPT: usize = 20;
+
+/// Where the sample period comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PeriodSource {
+    /// `sample_period_s` of the recording; the file has no time column.
+    Declared,
+    /// The time column alone.
+    Measured,
+    /// Both, and they agree.
+    DeclaredAndMeasured,
+}
+
+/// What was found about the time column of a run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Timing {
+    /// Where the period comes from.
+    pub source: PeriodSource,
+    /// The period in force.
+    pub sample_period_s: f64,
+    /// Mean interval of the time column, where there is one.
+    pub measured_period_s: Option<f64>,
+    /// Largest deviation of an interval from the period.
+    pub worst_jitter_s: f64,
+    /// Row at the end of that interval.
+    pub worst_jitter_row: Option<u64>,
+    /// Number of intervals that are off by more than 1 % of the period.
+    pub irregular_intervals: usize,
+    /// Rows at the end of the first of these.
+    pub irregular_rows: Vec<u64>,
+}
+
+impl Timing {
+    /// The timing of a run without a time column.
+    pub fn declared(sample_period_s: f64) -> Self {
+        Self {
+            source: PeriodSource::Declared,
+            sample_period_s,
+            measured_period_s: None,
+            worst_jitter_s: 0.0,
+            worst_jitter_row: None,
+            irregular_intervals: 0,
+            irregular_rows: Vec::new(),
+        }
+    }
+
+    /// The worst jitter as a fraction of the period.
+    pub fn worst_jitter(&self) -> f64 {
+        self.worst_jitter_s / self.sample_period_s
+    }
+
+    /// Examines a time column in s; `first_row` is the row of its first sample in the file.
+    ///
+    /// # Errors
+    /// Time that does not increase, a gap (more than 1.5 periods), a declared period that the column
+    /// contradicts, a single sample with nothing declared; each with the row where there is one.
+    pub(super) fn of_column(time_s: &[f64], declared_s: Option<f64>, first_row: u64) -> Result<Self> {
+        let row = |index: usize| first_row + index as u64;
+        if let Some(at) = (1..time_s.len()).find(|&at| time_s[at] <= time_s[at - 1]) {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .row(row(at))
+                .key(TIME_KEY)
+                .found(format!("{} s after {} s", time_s[at], time_s[at - 1]))
+                .expected("time that increases from row to row")
+                .remedy("sort the rows, drop repeated ones, or split the run where the clock was reset"));
+        }
+        let Some(measured) = measured_period(time_s) else {
+            return declared_s.map(Self::declared).ok_or_else(|| {
+                Error::new(ErrorKind::TooLittleData)
+                    .key(TIME_KEY)
+                    .found("a single sample")
+                    .expected("two samples at least, to tell the sample period")
+                    .remedy("take the run out, or give sample_period_s")
+            });
+        };
+        refuse_gap(time_s, declared_s.unwrap_or(measured), first_row)?;
+        if let Some(declared) = declared_s
+            && (measured / declared - 1.0).abs() > PERIOD_AGREEMENT
+        {
+            return Err(disagreement(declared, measured));
+        }
+        Ok(Self::intervals(time_s, declared_s, measured, first_row))
+    }
+
+    fn intervals(time_s: &[f64], declared_s: Option<f64>, measured: f64, first_row: u64) -> Self {
+        let period = declared_s.unwrap_or(measured);
+        let mut timing = Self::declared(period);
+        timing.measured_period_s = Some(measured);
+        timing.source =
+            if declared_s.is_some() { PeriodSource::DeclaredAndMeasured } else { PeriodSource::Measured };
+        for (index, pair) in time_s.windows(2).enumerate() {
+            let off = (pair[1] - pair[0] - period).abs();
+            let row = first_row + index as u64 + 1;
+            if off > timing.worst_jitter_s {
+                timing.worst_jitter_s = off;
+                timing.worst_jitter_row = Some(row);
+            }
+            if off > JITTER_FRACTION * period {
+                timing.irregular_intervals += 1;
+                if timing.irregular_rows.len() < ROWS_KEPT {
+                    timing.irregular_rows.push(row);
+                }
+            }
+        }
+        timing
+    }
+}
+
+/// The mean interval, or the median where gaps pull the mean away from it; to 12 digits, so that decimal
+/// time stamps give back a decimal period.
+fn measured_period(time_s: &[f64]) -> Option<f64> {
+    const GAPS_PULL: f64 = 0.3;
+    let (first, last) = (time_s.first()?, time_s.last()?);
+    let mut intervals: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    if intervals.is_empty() {
+        return None;
+    }
+    let middle = intervals.len() / 2;
+    let median = *intervals.select_nth_unstable_by(middle, f64::total_cmp).1;
+    let mean = (last - first) / (time_s.len() - 1) as f64;
+    let period = if (mean / median - 1.0).abs() < GAPS_PULL { mean } else { median };
+    Some(format!("{period:.11e}").parse().unwrap_or(period))
+}
+
+fn refuse_gap(time_s: &[f64], period: f64, first_row: u64) -> Result<()> {
+    // When most intervals are too long the period itself is wrong: that is said elsewhere, not as a gap.
+    let is_gap = |pair: &[f64]| pair[1] - pair[0] > GAP_PERIODS * period;
+    let gaps = time_s.windows(2).filter(|pair| is_gap(pair)).count();
+    let Some(at) = time_s.windows(2).position(is_gap) else { return Ok(()) };
+    if 2 * gaps > time_s.len() - 1 {
+        return Ok(());
+    }
+    let interval = time_s[at + 1] - time_s[at];
+    Err(Error::new(ErrorKind::Inconsistent)
+        .row(first_row + at as u64 + 1)
+        .key(TIME_KEY)
+        .found(format!(
+            "a gap of {} periods ({gaps} such in the run)",
+            (interval / period * 10.0).round() / 10.0
+        ))
+        .expected(format!("one sample every {period} s"))
+        .remedy("split the run there or resample"))
+}
+
+fn disagreement(declared: f64, measured: f64) -> Error {
+    Error::new(ErrorKind::Inconsistent)
+        .key(TIME_KEY)
+        .found(format!("one sample every {measured} s"))
+        .expected(format!("every {declared} s, as sample_period_s declares"))
+        .remedy("correct sample_period_s or the unit of the time column, or leave sample_period_s out")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_decimal_time_stamps_give_a_decimal_period() {
+        let time: Vec<f64> = (0..1000).map(|k| 3.7 + f64::from(k) * 250e-6).collect();
+        let timing = Timing::of_column(&time, None, 2).unwrap();
+        assert_eq!(timing.sample_period_s, 250e-6);
+        assert_eq!(timing.irregular_intervals, 0);
+        assert_eq!(timing.source, PeriodSource::Measured);
+    }
+
+    #[test]
+    fn exact_jitter_is_found_with_its_row() {
+        let mut time: Vec<f64> = (0..100).map(|k| f64::from(k) * 1e-3).collect();
+        time[50] += 0.2e-3;
+        let timing = Timing::of_column(&time, None, 2).unwrap();
+        assert_eq!(timing.irregular_intervals, 2);
+        assert_eq!(timing.irregular_rows, [52, 53]);
+        assert!((timing.worst_jitter() - 0.2).abs() < 1e-9);
+    }
+
+    #[test]
+    fn exact_coarse_time_stamps_are_jitter_not_gaps() {
+        let time: Vec<f64> = (0..100).map(|k| (f64::from(k) * 2.5).round() * 1e-4).collect();
+        let timing = Timing::of_column(&time, None, 2).unwrap();
+        assert!((timing.sample_period_s - 250e-6).abs() < 1e-6);
+        assert!(timing.irregular_intervals > 90);
+    }
+
+    #[test]
+    fn exact_gap_is_refused() {
+        let time: Vec<f64> = (0..100).filter(|k| *k != 40).map(|k| f64::from(k) * 1e-3).collect();
+        let error = Timing::of_column(&time, None, 2).unwrap_err();
+        assert_eq!(error.row_number(), Some(42));
+        assert!(error.to_string().contains("split the run there or resample"));
+    }
+}
