@@ -51,9 +51,20 @@ impl Controller {
         }
     }
 
+    /// Whether the law has an integral part.
+    pub fn integrates(&self) -> bool {
+        match self {
+            Self::Pdf(law) => law.integral_gain_si() != 0.0,
+            Self::Cascade(law) => law.velocity_integral_per_s != 0.0,
+        }
+    }
+
     /// The memory with which this law would have commanded `effort_v` on `input`: how a replay
-    /// that starts inside a recording takes over without a bump.
+    /// that starts inside a recording takes over without a bump. Blank for a law without an integral part.
     pub fn memory_for(&self, effort_v: f64, input: Input, period_s: f64) -> Memory {
+        if !self.integrates() {
+            return Memory::default();
+        }
         let mut blank = Memory::default();
         let without = self.effort_v(&mut blank, input, period_s);
         // Both laws add the integral part linearly and first add this sample's increment to it.

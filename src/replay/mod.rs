@@ -1,7 +1,9 @@
 //! Replay: strokes and recorded commands through the twin, for a whole run.
 
+pub mod recorded;
 pub mod stroke;
 
+pub use recorded::Recorded;
 pub use stroke::{Motion, Stroke};
 
 use crate::plant::Plant;

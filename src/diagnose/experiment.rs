@@ -1,0 +1,112 @@
+//! The runs of a diagnosis, ready to be replayed and compared.
+
+use super::noise::Floor;
+use crate::error::{Error, ErrorKind, Result};
+use crate::machine::Machine;
+use crate::plant::axis::Axis;
+use crate::recording::{Run, Signal};
+use crate::replay::{Recorded, Traces};
+use crate::twin::Sensing;
+
+/// Signals that a replay predicts and that are compared where they were logged, in signal-path order.
+pub const COMPARED: [Signal; 5] =
+    [Signal::ControlEffort, Signal::Current, Signal::Thrust, Signal::Position, Signal::Velocity];
+
+/// One run: what was recorded and how to replay it.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    run: Run,
+    recorded: Recorded,
+    signals: Vec<Signal>,
+}
+
+impl Experiment {
+    /// Makes a run ready.
+    ///
+    /// # Errors
+    /// A run without position reference or position, a sample period that is not the machine's, or a machine
+    /// whose controller is not stated.
+    pub fn new(run: &Run, machine: &Machine) -> Result<Self> {
+        let description = machine.description();
+        if description.controller.is_none() {
+            return Err(Error::new(ErrorKind::Missing)
+                .file(machine.file())
+                .key("controller")
+                .found("a machine without a controller")
+                .expected("the control law that ran when the run was recorded")
+                .remedy("state it under [controller], as law = \"pdf\" or law = \"cascade\""));
+        }
+        let period = description.sample_period_s;
+        if (run.sample_period_s() / period - 1.0).abs() > 1e-6 {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .file(&run.file)
+                .key("sample_period_s")
+                .found(format!("{} s in the recording and {period} s in the machine", run.sample_period_s()))
+                .expected("the controller's sample period in both")
+                .remedy("correct sample_period_s of machine.toml, or record at the controller's rate"));
+        }
+        let signals = COMPARED.into_iter().filter(|&signal| run.signal(signal).is_some()).collect();
+        Ok(Self { run: run.clone(), recorded: Recorded::of(run)?, signals })
+    }
+
+    /// The run.
+    pub fn run(&self) -> &Run {
+        &self.run
+    }
+
+    /// The run's commands and start.
+    pub fn recorded(&self) -> &Recorded {
+        &self.recorded
+    }
+
+    /// The signals that are compared, in signal-path order.
+    pub fn signals(&self) -> &[Signal] {
+        &self.signals
+    }
+
+    /// Number of samples.
+    pub fn samples(&self) -> usize {
+        self.run.len()
+    }
+
+    /// The machine as it was set in this run.
+    ///
+    /// # Errors
+    /// A setting of the run that the machine does not have.
+    pub fn machine(&self, machine: &Machine) -> Result<Machine> {
+        if self.run.settings.is_empty() {
+            return Ok(machine.clone());
+        }
+        machine.with_settings(self.run.settings.iter().map(|(key, value)| (key.as_str(), value.clone())))
+    }
+
+    /// What the machine's twin predicts for this run, on the axis plant.
+    ///
+    /// # Errors
+    /// A setting of the run that the machine does not have.
+    pub fn predict(&self, machine: &Machine, sensing: Sensing) -> Result<Traces> {
+        let machine = self.machine(machine)?;
+        Ok(self.recorded.replay(&machine, Axis::of(&machine.constants()), sensing))
+    }
+
+    /// Residuals, recorded less predicted, each in units of its signal's noise, signal after signal.
+    pub fn normalised(&self, predicted: &Traces, floor: &Floor, into: &mut Vec<f64>) {
+        for &signal in &self.signals {
+            let Some(measured) = self.run.signal(signal) else { continue };
+            let scale = 1.0 / floor.sigma(signal);
+            let modelled = trace(predicted, signal);
+            into.extend(measured.iter().zip(modelled).map(|(m, p)| (m - p) * scale));
+        }
+    }
+}
+
+/// The predicted signal.
+pub fn trace(traces: &Traces, signal: Signal) -> &[f64] {
+    match signal {
+        Signal::ControlEffort => &traces.effort_v,
+        Signal::Current => &traces.current,
+        Signal::Thrust => &traces.thrust,
+        Signal::Velocity => &traces.velocity,
+        _ => &traces.position,
+    }
+}

@@ -1,0 +1,125 @@
+//! Replay of a recorded run: the twin follows the recorded reference from the recorded start.
+
+use super::{Traces, run};
+use crate::controller::Input;
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::plant::Plant;
+use crate::recording::{Run, Signal};
+use crate::twin::{Command, Sensing, Twin};
+
+/// How a recorded run begins, in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Start {
+    /// Position at the first sample.
+    pub position: f64,
+    /// Velocity at the first sample; exactly zero where the run begins at rest.
+    pub velocity: f64,
+    /// Commanded voltage at the first sample, where it was logged.
+    pub effort_v: Option<f64>,
+    /// Motor current at the first sample, where it was logged.
+    pub current: Option<f64>,
+}
+
+/// Samples at the beginning of a run from which its start is read.
+const START_SAMPLES: usize = 8;
+/// A slope below so many of its standard errors is rest.
+const REST_STANDARD_ERRORS: f64 = 5.0;
+
+impl Start {
+    /// Reads the start off the first samples: a parabola through the positions, unless they show rest.
+    pub fn of(run: &Run, position: &[f64]) -> Self {
+        let first = &position[..position.len().min(START_SAMPLES)];
+        let period = run.sample_period_s();
+        let mean = first.iter().sum::<f64>() / first.len() as f64;
+        let (at_start, slope, slope_error) = parabola(first, period);
+        let moves = slope.abs() > REST_STANDARD_ERRORS * slope_error && first.len() >= 5;
+        let first_of = |signal| run.signal(signal).and_then(|samples| samples.first().copied());
+        Self {
+            position: if moves { at_start } else { mean },
+            velocity: if moves { slope } else { 0.0 },
+            effort_v: first_of(Signal::ControlEffort),
+            current: first_of(Signal::Current),
+        }
+    }
+}
+
+/// Value and slope at the first sample of the least-squares parabola, and the slope's standard error.
+fn parabola(samples: &[f64], period_s: f64) -> (f64, f64, f64) {
+    let count = samples.len();
+    if count < 5 {
+        return (samples[0], 0.0, f64::INFINITY);
+    }
+    let matrix = nalgebra::DMatrix::from_fn(count, 3, |row, power| (row as f64 * period_s).powi(power as i32));
+    let target = nalgebra::DVector::from_column_slice(samples);
+    let normal = matrix.transpose() * &matrix;
+    let Some(inverse) = normal.try_inverse() else { return (samples[0], 0.0, f64::INFINITY) };
+    let solution = &inverse * matrix.transpose() * &target;
+    let residual = (&target - &matrix * &solution).norm_squared() / (count - 3) as f64;
+    (solution[0], solution[1], (residual * inverse[(1, 1)]).sqrt())
+}
+
+/// A recorded run made ready for replays: its commands and its start.
+#[derive(Debug, Clone)]
+pub struct Recorded {
+    commands: Vec<Command>,
+    start: Start,
+}
+
+impl Recorded {
+    /// Commands and start of a run that has a position reference and a position.
+    ///
+    /// # Errors
+    /// A run without position reference or position.
+    pub fn of(run: &Run) -> Result<Self> {
+        let reference = run.require(Signal::PositionReference)?;
+        let start = Start::of(run, run.require(Signal::Position)?);
+        let period = run.sample_period_s();
+        let disturbance = run.signal(Signal::DisturbanceVoltage);
+        let commands = (0..reference.len())
+            .map(|k| {
+                let velocity_reference = match k {
+                    // Nothing stands before the first sample: a run that begins at rest begins with none.
+                    0 if start.velocity == 0.0 || reference.len() < 2 => 0.0,
+                    0 => (reference[1] - reference[0]) / period,
+                    _ => (reference[k] - reference[k - 1]) / period,
+                };
+                Command {
+                    position_reference: reference[k],
+                    velocity_reference,
+                    disturbance_v: disturbance.map_or(0.0, |d| d[k]),
+                    effort_v: None,
+                }
+            })
+            .collect();
+        Ok(Self { commands, start })
+    }
+
+    /// How the run begins.
+    pub fn start(&self) -> Start {
+        self.start
+    }
+
+    /// The commands, one a sample.
+    pub fn commands(&self) -> &[Command] {
+        &self.commands
+    }
+
+    /// Replays the run in closed loop on a plant.
+    pub fn replay<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
+        let mut twin = Twin::new(machine, plant, sensing);
+        let Start { position, velocity, effort_v, current } = self.start;
+        twin.start(position, velocity, effort_v.unwrap_or(0.0));
+        if let (Some(effort_v), Some(first)) = (effort_v, self.commands.first()) {
+            let input = Input {
+                position_reference: first.position_reference,
+                velocity_reference: first.velocity_reference,
+                position,
+                velocity,
+            };
+            twin.take_over(effort_v - first.disturbance_v, input);
+        }
+        twin.set_current(current.unwrap_or(0.0));
+        run(&mut twin, self.commands.iter().copied(), |_| ())
+    }
+}
