@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::Recording;
-use super::columns::{Conversion, resolve};
+use super::columns::Conversion;
 use super::document::Document;
 use super::manifest::{DATA_VARIABLE, FILE_NAME, Manifest, RunEntry};
 use super::plausibility::plausibility;
+use super::resolve::resolve;
 use super::run::{Run, hex};
 use super::signal::{Signal, TIME_KEY};
 use super::table::Table;
