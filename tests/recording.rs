@@ -515,6 +515,15 @@ fn exact_period_that_the_time_column_contradicts_is_refused() {
 }
 
 #[test]
+fn exact_renamed_time_column_is_named_in_refusals() {
+    let toml = format!("{ONE_RUN}[columns]\ntime_s = {{ column = \"t_ms\", unit = \"ms\" }}\n");
+    let recording = read(&toml, "t_ms,position_m\n0,0\n0.25,0\n0.5,0\n").unwrap();
+    assert_eq!(recording.sample_period_s(), 250e-6);
+    let error = refusal(&toml, "t_ms,position_m\n0,0\n0.25,0\n0.2,0\n");
+    assert_refused(&error, ErrorKind::Inconsistent, &at_csv(4, "t_ms"), &["0.0002 s after 0.00025 s"]);
+}
+
+#[test]
 fn exact_runs_of_different_period_are_refused() {
     let folder = folder("[[run]]\nfile = \"log.csv\"\n[[run]]\nfile = \"slow.csv\"\n", GOOD);
     fs::write(folder.path().join("slow.csv"), times(&[0.0, 0.002, 0.004])).unwrap();
@@ -553,11 +562,11 @@ fn exact_forgotten_units_are_found() {
         (Motion::Prismatic, [1e3, 1.0, 1e3], "velocity_m_per_s", "1/1000"),
         (Motion::Prismatic, [1.0, 1e3, 1.0], "velocity_m_per_s", "1000 ×"),
         (Motion::Prismatic, [1.0, 60.0, 1.0], "velocity_m_per_s", "60.0 ×"),
-        (Motion::Prismatic, [1.0, 1.0, 1e3], "position_m", "1/1001"),
-        (Motion::Prismatic, [1e3, 1e3, 1.0], "position_m", "999 ×"),
+        (Motion::Prismatic, [1.0, 1.0, 1e3], "position_m", "1/1000"),
+        (Motion::Prismatic, [1e3, 1e3, 1.0], "position_m", "1000 ×"),
         (Motion::Revolute, [1.0, 57.295_779_513, 1.0], "velocity_rad_per_s", "57.3 ×"),
-        (Motion::Revolute, [1.0, 9.549_296_585, 1.0], "velocity_rad_per_s", "9.6 ×"),
-        (Motion::Revolute, [1.0, 1.0, 57.295_779_513], "position_rad", "1/57.4"),
+        (Motion::Revolute, [1.0, 9.549_296_585, 1.0], "velocity_rad_per_s", "9.5 ×"),
+        (Motion::Revolute, [1.0, 1.0, 57.295_779_513], "position_rad", "1/57.3"),
     ];
     for (motion, [position, velocity, reference], key, factor) in cases {
         let findings = plausibility(&stroke(motion, position, velocity, reference));
@@ -594,8 +603,11 @@ fn exact_implausible_units_are_refused_at_the_door() {
     let toml = format!("sample_period_s = 1e-3\n{ONE_RUN}");
     let place = |key| Place { file: "log.csv", row: None, key: Some(key) };
     let error = refusal(&toml, &csv(&stroke(Motion::Prismatic, 1.0, 1e3, 1.0)));
-    let words =
-        ["`velocity_m_per_s` is 1000 × the derivative of `position_m`", "probably in mm", "unit = \"mm\""];
+    let words = [
+        "`velocity_m_per_s` about 1000 × the derivative of `position_m`",
+        "probably in mm/s",
+        "unit = \"mm/s\"",
+    ];
     assert_refused(&error, ErrorKind::Unit, &place("velocity_m_per_s"), &words);
     let error = refusal(&toml, &csv(&stroke(Motion::Prismatic, 1e3, 1e3, 1.0)));
     assert_refused(&error, ErrorKind::Unit, &place("position_m"), &["a travel of 200 m", "unit = \"mm\""]);
@@ -911,6 +923,8 @@ fn exact_cross_validation_stays_inside_the_training_runs() {
 }
 
 proptest! {
+    // Failures are printed in full; no files are left beside the tests.
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
     #[test]
     fn exact_split_is_whole_disjoint_and_blind_to_order(
         (count, order) in (2_usize..24).prop_flat_map(|count| {
@@ -1073,52 +1087,55 @@ fn ref_emps_logs_are_read() {
     );
 }
 
+/// `[[run]]` tables for every Parquet file of a folder.
+fn parquet_runs(folder: &Path) -> String {
+    let files = fs::read_dir(folder).unwrap().flatten().map(|entry| entry.path());
+    let tables = files.filter(|file| file.extension().is_some_and(|ending| ending == "parquet"));
+    tables.map(|file| format!("\n[[run]]\nfile = {file:?}\n")).collect()
+}
+
 #[test]
-fn ref_servo_and_grinder_logs_in_parquet_are_read() {
+fn ref_servo_logs_in_parquet_are_read() {
+    const COLUMNS: &str = "columns = { time_s = \"t_s\", torque_nm = \"tau_fb_Nm\", \
+        position_rad = \"pos_rad\", velocity_rad_per_s = \"vel_rad_s\", \
+        position_reference_rad = \"pos_cmd_rad\", velocity_reference_rad_per_s = \"vel_cmd_rad_s\" }";
     let Some(data) = data_folder() else { return };
     let folder = TempDir::new().unwrap();
-    let servo = toml_in(&folder, &format!(
-        "{}\n[[run]]\nfile = {:?}\n[[run]]\nfile = {:?}\n",
-        r#"columns = { time_s = "t_s", position_rad = "pos_rad", velocity_rad_per_s = "vel_rad_s",
-           position_reference_rad = "pos_cmd_rad", velocity_reference_rad_per_s = "vel_cmd_rad_s", torque_nm = "tau_fb_Nm" }"#
-            .replace('\n', " "),
-        data.join("delta_a3/S1_noFF_1.parquet"),
-        data.join("delta_a3/S4_FF_JBFc_2.parquet"),
-    ));
-    let recording = Recording::read(servo).unwrap();
-    let run = &recording.runs()[0];
-    assert_eq!(
-        (recording.motion(), run.len(), recording.sample_period_s()),
-        (Motion::Revolute, 10_002, 1e-3)
-    );
-    assert_eq!(run.signals().len(), 5);
-
-    let grinder = |position: &str| {
-        toml_in(
-            &folder,
-            &format!(
-                "{position}\n[[run]]\nfile = {:?}\n[[run]]\nfile = {:?}\n",
-                data.join("grinder_yaxis/normal_1.parquet"),
-                data.join("grinder_yaxis/mechanical_1.parquet"),
-            ),
-        )
-    };
-    let columns = r#"columns = { time_s = "t_s", current_a = "motor_current_A",
-        position_reference_m = { column = "pos_cmd_mm", unit = "mm" },
-        position_m = { column = "pos_motor_enc_mm", unit = "mm" },
-        load_position_m = { column = "pos_scale_mm", unit = "mm" } }"#
-        .replace('\n', " ");
-    let recording = Recording::read(grinder(&columns)).unwrap();
-    let position = recording.runs()[0].signal(Signal::Position).unwrap();
-    assert!(position.iter().all(|x| (1.79..1.91).contains(x)));
-    assert_eq!(recording.sample_period_s(), 2e-3);
-    let swapped = columns.replace(
-        "position_m = { column = \"pos_motor_enc_mm\", unit = \"mm\" }",
-        "position_m = \"pos_motor_enc_mm\"",
-    );
-    let error = Recording::read(grinder(&swapped)).unwrap_err();
+    let runs = parquet_runs(&data.join("delta_a3"));
+    let recording = Recording::read(toml_in(&folder, &format!("{COLUMNS}\n{runs}"))).unwrap();
+    assert_eq!((recording.motion(), recording.sample_period_s()), (Motion::Revolute, 1e-3));
+    let run = recording.run("S1_noFF_1").unwrap();
+    assert_eq!((run.len(), run.signals().len()), (10_002, 5));
+    // 120 rad of travel, as the source of the data states.
+    let furthest = run.signal(Signal::PositionReference).unwrap().iter().copied().fold(0.0, f64::max);
+    assert!((furthest - 120.0).abs() < 0.01, "{furthest}");
+    // Velocities declared in rpm although they are in rad/s.
+    let wrong = COLUMNS.replace("\"vel_rad_s\"", "{ column = \"vel_rad_s\", unit = \"rpm\" }");
+    let error = Recording::read(toml_in(&folder, &format!("{wrong}\n{runs}"))).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Unit, "{error}");
-    assert!(error.to_string().contains("unit = \"mm\""), "{error}");
+    assert_eq!(error.key_name(), Some("velocity_rad_per_s"));
+    assert!(error.to_string().contains("1/9.5 × the derivative of `position_rad`"), "{error}");
+}
+
+#[test]
+fn ref_grinder_logs_in_parquet_are_read() {
+    const COLUMNS: &str = "columns = { time_s = \"t_s\", current_a = \"motor_current_A\", \
+        position_reference_m = { column = \"pos_cmd_mm\", unit = \"mm\" }, \
+        position_m = { column = \"pos_motor_enc_mm\", unit = \"mm\" }, \
+        load_position_m = { column = \"pos_scale_mm\", unit = \"mm\" } }";
+    let Some(data) = data_folder() else { return };
+    let folder = TempDir::new().unwrap();
+    let runs = parquet_runs(&data.join("grinder_yaxis"));
+    let recording = Recording::read(toml_in(&folder, &format!("{COLUMNS}\n{runs}"))).unwrap();
+    assert_eq!(recording.sample_period_s(), 2e-3);
+    for run in recording.runs() {
+        let position = run.signal(Signal::Position).unwrap();
+        assert!(position.iter().all(|x| (1.79..1.91).contains(x)), "{}", run.name());
+    }
+    let wrong = COLUMNS.replace("\"pos_cmd_mm\", unit = \"mm\"", "\"pos_cmd_mm\", unit = \"m\"");
+    let error = Recording::read(toml_in(&folder, &format!("{wrong}\n{runs}"))).unwrap_err();
+    assert_eq!((error.kind(), error.key_name()), (ErrorKind::Unit, Some("position_m")), "{error}");
+    assert!(error.to_string().contains("`position_reference_m` is probably in mm"), "{error}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Which column of a file holds which signal, in which unit.
+//! `[columns]`: which column holds which signal, in which unit, and the conversion to SI.
 
 use std::collections::BTreeMap;
 use std::fmt;
@@ -6,7 +6,6 @@ use std::fmt;
 use super::document::{Document, Step};
 use super::manifest::{number, text_at};
 use super::signal::{Signal, TIME_KEY};
-use super::spelling;
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion, Unit};
 
@@ -250,84 +249,4 @@ fn finite(document: &Document, table: &toml::Table, steps: &[Step<'_>], key: &st
     let steps = [steps, &[Step::Key(key)]].concat();
     let finite = number(value).filter(|number| number.is_finite());
     finite.map(Some).ok_or_else(|| document.wrong_type(&steps, value, "a finite number"))
-}
-
-/// The signals of one file: the mapped ones, and the columns that bear a canonical name.
-#[derive(Debug)]
-pub(super) struct Resolved {
-    pub(super) motion: Option<Motion>,
-    pub(super) time: Option<Source>,
-    pub(super) signals: BTreeMap<Signal, (String, Source)>,
-    pub(super) ignored: Vec<String>,
-}
-
-/// Finds the columns of a file that hold signals.
-///
-/// # Errors
-/// A mapped column that is not there or there twice, one column for two signals, keys of both motions.
-pub(super) fn resolve(map: &ColumnMap, names: &[String]) -> Result<Resolved> {
-    let mut wanted: BTreeMap<String, Source> = map.signals.clone();
-    for name in names {
-        if let Some((signal, motion)) = Signal::from_key(name) {
-            let dimension = signal.dimension(motion.unwrap_or(Motion::Prismatic));
-            wanted.entry(name.clone()).or_insert_with(|| Source::canonical(name, dimension));
-        }
-    }
-    let time_there = names.iter().any(|name| name == TIME_KEY);
-    let canonical_time = time_there.then(|| Source::canonical(TIME_KEY, Dimension::Time));
-    let time = map.time.clone().or(canonical_time);
-    let motion = one_motion(wanted.keys())?;
-    let mut used: BTreeMap<String, &str> = BTreeMap::new();
-    for (key, source) in
-        time.iter().map(|source| (TIME_KEY, source)).chain(wanted.iter().map(|(k, s)| (k.as_str(), s)))
-    {
-        check_present(key, &source.column, names)?;
-        if let Some(other) = used.insert(source.column.clone(), key) {
-            return Err(Error::new(ErrorKind::Inconsistent)
-                .key(key)
-                .found(format!("column `{}`, which `{other}` reads too", source.column))
-                .expected("one column for each signal")
-                .remedy("correct [columns], or leave out the signal that was not logged"));
-        }
-    }
-    let ignored = names.iter().filter(|name| !used.contains_key(*name)).cloned().collect();
-    let signals = wanted
-        .into_iter()
-        .filter_map(|(key, source)| Some((Signal::from_key(&key)?.0, (key, source))))
-        .collect();
-    Ok(Resolved { motion, time, signals, ignored })
-}
-
-fn one_motion<'a>(keys: impl Iterator<Item = &'a String>) -> Result<Option<Motion>> {
-    let mut first: Option<(&str, Motion)> = None;
-    for key in keys {
-        let Some((_, Some(motion))) = Signal::from_key(key) else { continue };
-        match first {
-            Some((other, before)) if before != motion => {
-                return Err(Error::new(ErrorKind::Inconsistent)
-                    .key(key)
-                    .found(format!("`{key}` ({motion}) beside `{other}` ({before})"))
-                    .expected("signals of one motion: all in m and N, or all in rad and N·m")
-                    .remedy("rename or map the columns to one motion"));
-            }
-            _ => first = Some((key, motion)),
-        }
-    }
-    Ok(first.map(|(_, motion)| motion))
-}
-
-fn check_present(key: &str, column: &str, names: &[String]) -> Result<()> {
-    let error = match names.iter().filter(|name| *name == column).count() {
-        1 => return Ok(()),
-        0 => Error::new(ErrorKind::Missing).found(format!("the columns {}", names.join(", "))).expected(
-            format!(
-                "a column `{column}` for `{key}`{}",
-                spelling::hint(column, names.iter().map(String::as_str))
-            ),
-        ),
-        several => Error::new(ErrorKind::Inconsistent)
-            .found(format!("{several} columns named `{column}`"))
-            .expected(format!("one, for `{key}`")),
-    };
-    Err(error.key(column).remedy("correct the header of the file or [columns] of recording.toml"))
 }

@@ -28,7 +28,7 @@ impl Document {
         let values = text.parse::<toml::Table>().map_err(|error| {
             let refusal = Error::new(ErrorKind::Syntax)
                 .file(path)
-                .found(error.message().trim().replace('\n', ", "))
+                .found(format!("a syntax error ({})", error.message().trim().replace('\n', ", ")))
                 .expected("valid TOML")
                 .remedy("correct that line");
             match error.span() {

@@ -210,3 +210,34 @@ pub(super) fn text_at<'a>(
         document.wrong_type(&steps, value, "a text in quotes")
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn files(toml: &str, data_variable: Option<&str>) -> Vec<PathBuf> {
+        let document = Document::parse(Path::new("/models/slide/recording.toml"), toml.to_owned()).unwrap();
+        let manifest = Manifest::new(document, data_variable.map(OsString::from)).unwrap();
+        manifest.runs.into_iter().map(|run| run.file).collect()
+    }
+
+    #[test]
+    fn exact_data_folder_yields_to_the_environment_variable() {
+        let elsewhere = "data_folder = \"../data\"\n[[run]]\nfile = \"a/log.csv\"\n";
+        assert_eq!(files(elsewhere, None), [Path::new("/models/slide/../data/a/log.csv")]);
+        assert_eq!(files(elsewhere, Some("/measured")), [Path::new("/measured/a/log.csv")]);
+        let here = "[[run]]\nfile = \"log.csv\"\n";
+        assert_eq!(files(here, Some("/measured")), [Path::new("/models/slide/log.csv")]);
+    }
+
+    #[test]
+    fn exact_lines_of_nested_keys_are_found() {
+        let text = "[[run]]\nfile = \"a\"\n[run.columns]\ncurrent_a = \"i\"\n\n[[run]]\nfile = 3\n";
+        let document = Document::parse(Path::new("r.toml"), text.to_owned()).unwrap();
+        let refuse = |steps: &[Step<'_>]| document.refuse(ErrorKind::Syntax, steps).row_number();
+        let (run, columns) = (Step::Key("run"), Step::Key("columns"));
+        assert_eq!(refuse(&[run, Step::Index(0), columns, Step::Key("current_a")]), Some(4));
+        assert_eq!(refuse(&[run, Step::Index(1), Step::Key("file")]), Some(7));
+        assert_eq!(refuse(&[run, Step::Index(1)]), Some(6));
+    }
+}

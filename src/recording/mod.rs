@@ -32,6 +32,7 @@ mod manifest;
 mod parquet_table;
 mod plausibility;
 mod read;
+mod resolve;
 mod run;
 mod signal;
 mod spelling;

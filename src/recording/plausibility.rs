@@ -64,7 +64,7 @@ impl From<Finding> for Error {
 
 /// Everything implausible about the units of a run; empty when nothing is.
 pub fn plausibility(run: &Run) -> Vec<Finding> {
-    let mut findings: Vec<Finding> = [period(run), travel(run), speed(run)].into_iter().flatten().collect();
+    let mut findings: Vec<Finding> = [period(run), travel(run)].into_iter().flatten().collect();
     for (position, velocity) in
         [(Signal::Position, Signal::Velocity), (Signal::PositionReference, Signal::VelocityReference)]
     {
@@ -77,6 +77,7 @@ pub fn plausibility(run: &Run) -> Vec<Finding> {
     ] {
         findings.extend(following(run, follower, leader));
     }
+    findings.extend(speed(run));
     findings
 }
 
@@ -146,8 +147,7 @@ fn derivative(run: &Run, position: Signal, velocity: Signal) -> Option<Finding> 
         })
         .collect();
     let slope = slope(&windows)?;
-    let (key, other) = (velocity.key(run.motion()), position.key(run.motion()));
-    unit_finding(run.motion(), key, slope, &format!("the derivative of `{other}`"), other, true)
+    unit_finding(run, slope, velocity, position, "the derivative of ")
 }
 
 /// Compares a signal with the one that it follows.
@@ -159,9 +159,7 @@ fn following(run: &Run, follower: Signal, leader: Signal) -> Option<Finding> {
     let (mean_y, mean_x) = (mean(y), mean(x));
     let pairs: Vec<(f64, f64)> = x.iter().zip(y).map(|(x, y)| (x - mean_x, y - mean_y)).collect();
     let slope = slope(&pairs)?;
-    let (key, other) = (follower.key(run.motion()), leader.key(run.motion()));
-    let rate = matches!(follower, Signal::Velocity);
-    unit_finding(run.motion(), key, slope, &format!("`{other}`"), other, rate)
+    unit_finding(run, slope, follower, leader, "")
 }
 
 fn mean(samples: &[f64]) -> f64 {
@@ -176,41 +174,57 @@ fn slope(pairs: &[(f64, f64)]) -> Option<f64> {
     (excited && xy * xy >= CORRELATION * xx * yy).then(|| xy / xx)
 }
 
-/// Factors that forgotten units leave, with the unit forgotten; those per minute only between rates.
-fn factors(motion: Motion, rate: bool) -> Vec<(f64, &'static str)> {
-    let mut factors = match motion {
-        Motion::Prismatic => vec![(1e3, "mm"), (1e6, "µm"), (1.0 / 0.0254, "in")],
-        Motion::Revolute => vec![(360.0 / TAU, "deg"), (1.0 / TAU, "rev"), (1e3, "mrad")],
-    };
-    if rate {
-        factors.extend(match motion {
-            Motion::Prismatic => vec![(60.0, "m/min"), (6e4, "mm/min")],
-            Motion::Revolute => vec![(60.0 / TAU, "rpm"), (60.0, "rad/min")],
-        });
-    }
-    factors
-}
+/// A factor that a forgotten unit leaves, with that unit of a position and of a velocity (where it has one).
+type UnitFactor = (f64, Option<&'static str>, &'static str);
 
-fn unit_finding(
-    motion: Motion,
-    key: &'static str,
-    slope: f64,
-    of: &str,
-    other: &str,
-    rate: bool,
-) -> Option<Finding> {
+const PRISMATIC: &[UnitFactor] = &[
+    (1e3, Some("mm"), "mm/s"),
+    (1e6, Some("µm"), "µm/s"),
+    (1.0 / 0.0254, Some("in"), "in/s"),
+    (60.0, None, "m/min"),
+    (6e4, None, "mm/min"),
+];
+const REVOLUTE: &[UnitFactor] = &[
+    (360.0 / TAU, Some("deg"), "deg/s"),
+    (1.0 / TAU, Some("rev"), "rev/s"),
+    (1e3, Some("mrad"), "mrad/s"),
+    (60.0 / TAU, None, "rpm"),
+];
+
+/// The finding that `signal` is a unit factor times (`of`) `other`, or the other way round.
+fn unit_finding(run: &Run, slope: f64, signal: Signal, other: Signal, of: &str) -> Option<Finding> {
+    let motion = run.motion();
+    let factors = match motion {
+        Motion::Prismatic => PRISMATIC,
+        Motion::Revolute => REVOLUTE,
+    };
+    let is_rate = |signal| matches!(signal, Signal::Velocity | Signal::VelocityReference);
     let near = |factor: f64| (slope.abs() / factor - 1.0).abs() < SLOPE_TOLERANCE;
-    let (_, unit) =
-        factors(motion, rate).into_iter().find(|(factor, _)| near(*factor) || near(1.0 / factor))?;
+    let (factor, suspect, innocent, (_, position_unit, rate_unit)) = factors
+        .iter()
+        .filter(|(_, position_unit, _)| position_unit.is_some() || is_rate(signal))
+        .find_map(|row| match (near(row.0), near(1.0 / row.0)) {
+            (true, _) => Some((row.0, signal, other, *row)),
+            (_, true) => Some((1.0 / row.0, other, signal, *row)),
+            _ => None,
+        })?;
     let times =
-        if slope.abs() >= 1.0 { three_digits(slope) } else { format!("1/{}", three_digits(1.0 / slope)) };
+        if factor >= 1.0 { three_digits(factor) } else { format!("1/{}", three_digits(1.0 / factor)) };
+    let (key, other_key) = (signal.key(motion), other.key(motion));
+    let (suspect_key, innocent_key) = (suspect.key(motion), innocent.key(motion));
+    let unit = if is_rate(suspect) { Some(rate_unit) } else { position_unit };
+    let remedy = match unit {
+        Some(unit) => format!(
+            "`{suspect_key}` is probably in {unit}: give it unit = \"{unit}\" in [columns]; \
+             or correct the unit given for `{innocent_key}`"
+        ),
+        None => format!("correct the unit given for `{innocent_key}` in [columns]"),
+    };
     Some(Finding {
         key,
-        found: format!("`{key}` is {times} × {of}"),
+        found: format!("`{key}` about {times} × {of}`{other_key}`"),
         expected: "1 ×".to_owned(),
-        remedy: format!(
-            "one of them is probably in {unit}; give unit = \"{unit}\" (or its rate) for `{key}` or `{other}` in [columns]"
-        ),
+        remedy,
     })
 }
 

@@ -7,10 +7,11 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::Recording;
-use super::columns::{Conversion, resolve};
+use super::columns::Conversion;
 use super::document::Document;
 use super::manifest::{DATA_VARIABLE, FILE_NAME, Manifest, RunEntry};
 use super::plausibility::plausibility;
+use super::resolve::resolve;
 use super::run::{Run, hex};
 use super::signal::{Signal, TIME_KEY};
 use super::table::Table;
@@ -203,9 +204,11 @@ fn no_time(names: &[String]) -> Error {
 }
 
 fn no_signals(names: &[String]) -> Error {
+    let is_measured = |key: &&str| Signal::from_key(key).is_some_and(|(signal, _)| signal.is_measured());
+    let measured: Vec<_> = Signal::keys(None).into_iter().filter(is_measured).collect();
     Error::new(ErrorKind::Missing)
         .key("columns")
         .found(format!("the columns {}", names.join(", ")))
-        .expected(format!("at least one of {}", Signal::keys(None).join(", ")))
+        .expected(format!("at least one of {}", measured.join(", ")))
         .remedy("map the columns in [columns] of recording.toml: `position_m = { column = \"…\", unit = \"mm\" }`")
 }

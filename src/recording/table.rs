@@ -33,7 +33,8 @@ impl Table {
                 .found("no such file")
                 .expected("the CSV or Parquet file of a run")
                 .remedy(
-                    "correct `file` in its [[run]]; it is relative to the TOML file, or to data_folder",
+                    "correct `file` in its [[run]]: it is relative to the TOML file, or to its data_folder, \
+                     which the environment variable SLIDEWAY_DATA overrides",
                 ));
         }
         let extension = path.extension().map(|text| text.to_string_lossy().to_lowercase());

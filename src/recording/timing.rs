@@ -1,6 +1,5 @@
 //! What the time column says about the sampling.
 
-use super::signal::TIME_KEY;
 use crate::error::{Error, ErrorKind, Result};
 
 /// An interval that differs from the period by more than this fraction counts as irregular.
@@ -71,7 +70,6 @@ impl Timing {
         if let Some(at) = (1..time_s.len()).find(|&at| time_s[at] <= time_s[at - 1]) {
             return Err(Error::new(ErrorKind::Inconsistent)
                 .row(row(at))
-                .key(TIME_KEY)
                 .found(format!("{} s after {} s", time_s[at], time_s[at - 1]))
                 .expected("time that increases from row to row")
                 .remedy("sort the rows, drop repeated ones, or split the run where the clock was reset"));
@@ -79,7 +77,6 @@ impl Timing {
         let Some(measured) = measured_period(time_s) else {
             return declared_s.map(Self::declared).ok_or_else(|| {
                 Error::new(ErrorKind::TooLittleData)
-                    .key(TIME_KEY)
                     .found("a single sample")
                     .expected("two samples at least, to tell the sample period")
                     .remedy("take the run out, or give sample_period_s")
@@ -118,10 +115,10 @@ impl Timing {
     }
 }
 
-/// The mean interval, or the median where gaps pull the mean away from it; to 12 digits, so that decimal
-/// time stamps give back a decimal period.
+/// The mean interval, gaps left aside; to 12 digits, so that decimal time stamps give a decimal period.
 fn measured_period(time_s: &[f64]) -> Option<f64> {
-    const GAPS_PULL: f64 = 0.3;
+    /// Between the 1.5 medians that time stamps rounded to a coarse clock reach and the 2 of a lost sample.
+    const LONG_MEDIANS: f64 = 1.75;
     let (first, last) = (time_s.first()?, time_s.last()?);
     let mut intervals: Vec<f64> = time_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     if intervals.is_empty() {
@@ -129,8 +126,10 @@ fn measured_period(time_s: &[f64]) -> Option<f64> {
     }
     let middle = intervals.len() / 2;
     let median = *intervals.select_nth_unstable_by(middle, f64::total_cmp).1;
-    let mean = (last - first) / (time_s.len() - 1) as f64;
-    let period = if (mean / median - 1.0).abs() < GAPS_PULL { mean } else { median };
+    let long: Vec<f64> =
+        intervals.iter().copied().filter(|interval| *interval > LONG_MEDIANS * median).collect();
+    let kept = (intervals.len() - long.len()) as f64;
+    let period = (last - first - long.iter().sum::<f64>()) / kept;
     Some(format!("{period:.11e}").parse().unwrap_or(period))
 }
 
@@ -145,7 +144,6 @@ fn refuse_gap(time_s: &[f64], period: f64, first_row: u64) -> Result<()> {
     let interval = time_s[at + 1] - time_s[at];
     Err(Error::new(ErrorKind::Inconsistent)
         .row(first_row + at as u64 + 1)
-        .key(TIME_KEY)
         .found(format!(
             "a gap of {} periods ({gaps} such in the run)",
             (interval / period * 10.0).round() / 10.0
@@ -156,7 +154,6 @@ fn refuse_gap(time_s: &[f64], period: f64, first_row: u64) -> Result<()> {
 
 fn disagreement(declared: f64, measured: f64) -> Error {
     Error::new(ErrorKind::Inconsistent)
-        .key(TIME_KEY)
         .found(format!("one sample every {measured} s"))
         .expected(format!("every {declared} s, as sample_period_s declares"))
         .remedy("correct sample_period_s or the unit of the time column, or leave sample_period_s out")
