@@ -1,6 +1,7 @@
 //! Slideway: a multibody twin of a servo-driven machine axis that says why the real machine disagrees with it.
 pub mod base;
 pub mod controller;
+pub mod diagnose;
 pub mod drive;
 pub mod effect;
 pub mod error;

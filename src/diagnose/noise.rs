@@ -88,7 +88,8 @@ fn repeats(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
     let mut sums: BTreeMap<Signal, (f64, usize)> = BTreeMap::new();
     for (k, a) in experiments.iter().enumerate() {
         for b in &experiments[k + 1..] {
-            let same = a.recorded().commands() == b.recorded().commands() && a.run().settings == b.run().settings;
+            let same =
+                a.recorded().commands() == b.recorded().commands() && a.run().settings == b.run().settings;
             if !same {
                 continue;
             }

@@ -50,7 +50,8 @@ fn parabola(samples: &[f64], period_s: f64) -> (f64, f64, f64) {
     if count < 5 {
         return (samples[0], 0.0, f64::INFINITY);
     }
-    let matrix = nalgebra::DMatrix::from_fn(count, 3, |row, power| (row as f64 * period_s).powi(power as i32));
+    let matrix =
+        nalgebra::DMatrix::from_fn(count, 3, |row, power| (row as f64 * period_s).powi(power as i32));
     let target = nalgebra::DVector::from_column_slice(samples);
     let normal = matrix.transpose() * &matrix;
     let Some(inverse) = normal.try_inverse() else { return (samples[0], 0.0, f64::INFINITY) };

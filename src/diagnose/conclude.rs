@@ -1,0 +1,276 @@
+//! From the search to the verdict.
+
+use super::evidence::{Closed, Score, closed};
+use super::experiment::{Experiment, trace};
+use super::fit::Fit;
+use super::hypothesis::{EffectSet, Freedom};
+use super::noise::Floor;
+use super::selection::{ADEQUATE_GAP, Candidate, Found};
+use super::verdict::{
+    Calibration, Cause, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap, Verdict, Where,
+};
+use crate::effect::{EffectId, Site};
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::recording::Signal;
+use crate::twin::Sensing;
+use std::collections::BTreeMap;
+
+/// A rival explanation with this share of the chosen one's probability is worth a mention.
+const RIVAL: f64 = 0.05;
+/// Below this share among its rivals the chosen explanation is not decided.
+const DECIDED: f64 = 0.7;
+/// 97.5 % quantile of the normal distribution.
+const NORMAL_975: f64 = 1.959_964;
+
+/// What the search comes to.
+pub fn verdict(found: &Found, before: &Score) -> Verdict {
+    let chosen = &found.candidates[found.chosen];
+    if chosen.effects().is_empty() {
+        let quiet = before.gap() <= ADEQUATE_GAP || chosen.score.gap() <= ADEQUATE_GAP;
+        return if quiet { Verdict::NoGap } else { Verdict::Unknown };
+    }
+    let own = found.posterior[found.chosen];
+    let rivals: f64 = rivals(found).map(|(_, probability)| probability).sum();
+    if own / (own + rivals) < DECIDED { Verdict::Undecided } else { Verdict::Cause }
+}
+
+/// Explanations that lack one of the chosen effects, with their probabilities.
+fn rivals(found: &Found) -> impl Iterator<Item = (&Candidate, f64)> {
+    let chosen = found.candidates[found.chosen].effects();
+    let pairs = found.candidates.iter().zip(found.posterior.iter().copied());
+    pairs.filter(move |(candidate, _)| !candidate.effects().is_superset(chosen))
+}
+
+/// The named causes, most closing first.
+pub fn causes(found: &Found, before: &Score, machine: &Machine) -> Vec<Cause> {
+    let chosen = &found.candidates[found.chosen];
+    let total = closed(before, &chosen.score).value;
+    let contributions = contributions(found, before, total);
+    let mut causes: Vec<Cause> = chosen
+        .effects()
+        .iter()
+        .map(|&effect| Cause {
+            effect: effect.name().to_string(),
+            site: effect.site().name().to_string(),
+            probability: probability(found, effect),
+            closes: contributions.get(&effect).copied().unwrap_or(0.0),
+            confusable_with: confusable(found, effect),
+            parameters: parameters(&chosen.fit, effect, machine),
+        })
+        .collect();
+    causes.sort_by(|a, b| b.closes.total_cmp(&a.closes));
+    causes
+}
+
+/// Share of the gap that each chosen effect closes: the mean of what it closes alone and what its absence
+/// reopens, scaled so that the shares add up to what all close together.
+fn contributions(found: &Found, before: &Score, total: f64) -> BTreeMap<EffectId, f64> {
+    let chosen = found.candidates[found.chosen].effects();
+    let closes =
+        |set: &EffectSet| found.index(set).map(|index| closed(before, &found.candidates[index].score).value);
+    let raw: BTreeMap<EffectId, f64> = chosen
+        .iter()
+        .map(|&effect| {
+            let rest: EffectSet = chosen.iter().filter(|e| **e != effect).copied().collect();
+            let alone = closes(&EffectSet::from([effect]));
+            let missed = closes(&rest).map(|without| total - without);
+            let share = match (alone, missed) {
+                (Some(a), Some(m)) => 0.5 * (a.max(0.0) + m.max(0.0)),
+                (Some(only), None) | (None, Some(only)) => only.max(0.0),
+                (None, None) => 0.0,
+            };
+            (effect, share)
+        })
+        .collect();
+    let sum: f64 = raw.values().sum();
+    raw.into_iter().map(|(e, share)| (e, if sum > 0.0 { total * share / sum } else { 0.0 })).collect()
+}
+
+fn probability(found: &Found, effect: EffectId) -> f64 {
+    let pairs = found.candidates.iter().zip(&found.posterior);
+    let sum: f64 = pairs.filter(|(c, _)| c.effects().contains(&effect)).map(|(_, p)| p).sum();
+    sum.min(1.0)
+}
+
+fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
+    let chosen = found.candidates[found.chosen].effects();
+    let least = RIVAL * found.posterior[found.chosen];
+    let mut names: Vec<String> = rivals(found)
+        .filter(|(candidate, p)| *p >= least && !candidate.effects().contains(&effect))
+        .flat_map(|(candidate, _)| candidate.effects().difference(chosen).copied())
+        .map(|e| e.name().to_string())
+        .collect();
+    names.sort();
+    names.dedup();
+    names
+}
+
+fn parameters(fit: &Fit, effect: EffectId, machine: &Machine) -> BTreeMap<String, Parameter> {
+    let _ = machine;
+    fit.hypothesis
+        .free
+        .iter()
+        .enumerate()
+        .filter(|(_, free)| free.effect == effect && free.freedom == Freedom::Cause)
+        .map(|(k, free)| (free.name.to_string(), parameter(fit, k)))
+        .collect()
+}
+
+fn parameter(fit: &Fit, k: usize) -> Parameter {
+    let (value, half) = (fit.values[k], NORMAL_975 * fit.standard_errors[k]);
+    let free = &fit.hypothesis.free[k];
+    Parameter { value, ci95: [value - half, value + half], unit: free.unit.to_string(), twin: free.neutral }
+}
+
+/// Constants that the chosen fit moved inside their tolerance.
+pub fn calibration(fit: &Fit) -> Vec<Calibration> {
+    let free = fit.hypothesis.free.iter().enumerate();
+    free.filter(|(_, free)| free.freedom == Freedom::Calibration)
+        .map(|(k, free)| {
+            let edge = 1e-3 * (free.range.1 - free.range.0);
+            let value = fit.values[k];
+            Calibration {
+                path: free.path.clone(),
+                parameter: parameter(fit, k),
+                at_tolerance: value - free.range.0 < edge || free.range.1 - value < edge,
+            }
+        })
+        .collect()
+}
+
+/// Probability of every effect looked at, most probable first.
+pub fn effects(found: &Found, catalogue: &[EffectId]) -> Vec<EffectProbability> {
+    let mut list: Vec<EffectProbability> = catalogue
+        .iter()
+        .map(|&e| EffectProbability { effect: e.name().to_string(), probability: probability(found, e) })
+        .collect();
+    list.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.effect.cmp(&b.effect)));
+    list
+}
+
+/// Every explanation looked at, most probable first.
+pub fn ranking(found: &Found) -> Vec<Ranked> {
+    let mut list: Vec<Ranked> = found
+        .candidates
+        .iter()
+        .zip(&found.posterior)
+        .map(|(candidate, &probability)| Ranked {
+            effects: candidate.effects().iter().map(|e| e.name().to_string()).collect(),
+            probability,
+            held_out_gap: candidate.score.gap(),
+        })
+        .collect();
+    list.sort_by(|a, b| {
+        b.probability.total_cmp(&a.probability).then(a.held_out_gap.total_cmp(&b.held_out_gap))
+    });
+    list
+}
+
+/// Gap before and after, signal by signal.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub fn gap(
+    machines: [&Machine; 2],
+    scores: [&Score; 2],
+    predicted_closed: f64,
+    held_out: &[Experiment],
+    floor: &Floor,
+) -> Result<Gap> {
+    let Closed { value, ci95 } = closed(scores[0], scores[1]);
+    let before = statistics(machines[0], held_out)?;
+    let after = statistics(machines[1], held_out)?;
+    let signals = before
+        .into_iter()
+        .map(|(signal, b)| {
+            let a = after.get(&signal).copied().unwrap_or_default();
+            SignalGap {
+                signal: signal.key(machines[0].motion()).to_string(),
+                rms_before: b.rms,
+                rms_after: a.rms,
+                noise: floor.sigma(signal),
+                noise_source: floor.source(signal),
+                mae_before: b.mae,
+                mae_after: a.mae,
+                peak_before: b.peak,
+                peak_after: a.peak,
+                r2_before: b.r2,
+                r2_after: a.r2,
+            }
+        })
+        .collect();
+    Ok(Gap {
+        before: scores[0].gap(),
+        after: scores[1].gap(),
+        floor: 1.0,
+        closed: value,
+        closed_ci95: [ci95.0, ci95.1],
+        predicted_closed,
+        signals,
+    })
+}
+
+#[derive(Debug, Clone, Copy, Default)]
+struct Statistics {
+    rms: f64,
+    mae: f64,
+    peak: f64,
+    r2: f64,
+}
+
+fn statistics(machine: &Machine, experiments: &[Experiment]) -> Result<BTreeMap<Signal, Statistics>> {
+    let mut pairs: BTreeMap<Signal, Vec<(f64, f64)>> = BTreeMap::new();
+    for experiment in experiments {
+        let predicted = experiment.predict(machine, Sensing::Perfect)?;
+        for &signal in experiment.signals() {
+            let Some(measured) = experiment.run().signal(signal) else { continue };
+            let both = measured.iter().copied().zip(trace(&predicted, signal).iter().copied());
+            pairs.entry(signal).or_default().extend(both);
+        }
+    }
+    Ok(pairs.into_iter().map(|(signal, pairs)| (signal, Statistics::of(&pairs))).collect())
+}
+
+impl Statistics {
+    fn of(pairs: &[(f64, f64)]) -> Self {
+        let count = pairs.len() as f64;
+        let mean = pairs.iter().map(|(m, _)| m).sum::<f64>() / count;
+        let squares: f64 = pairs.iter().map(|(m, p)| (m - p).powi(2)).sum();
+        let spread: f64 = pairs.iter().map(|(m, _)| (m - mean).powi(2)).sum();
+        Self {
+            rms: (squares / count).sqrt(),
+            mae: pairs.iter().map(|(m, p)| (m - p).abs()).sum::<f64>() / count,
+            peak: pairs.iter().fold(0.0, |peak, (m, p)| peak.max((m - p).abs())),
+            r2: if spread > 0.0 { 1.0 - squares / spread } else { 0.0 },
+        }
+    }
+}
+
+/// Shares by site: what the named causes close at their sites; what stays open is spread over the sites of
+/// each segment in proportion to that segment's residual.
+pub fn sites(place: &mut Where, causes: &[Cause], unexplained: f64) {
+    let mut shares: BTreeMap<Site, f64> = Site::ALL.iter().map(|site| (*site, 0.0)).collect();
+    for cause in causes {
+        if let Some(site) = Site::ALL.into_iter().find(|site| site.name() == cause.site) {
+            *shares.entry(site).or_default() += cause.closes.max(0.0);
+        }
+    }
+    for segment in &place.segment {
+        let sites: Vec<Site> =
+            Site::ALL.into_iter().filter(|site| segment.name.split('+').any(|n| n == site.name())).collect();
+        for site in &sites {
+            *shares.entry(*site).or_default() +=
+                unexplained.clamp(0.0, 1.0) * segment.share / sites.len() as f64;
+        }
+    }
+    let total: f64 = shares.values().sum();
+    place.site = shares
+        .into_iter()
+        .map(|(site, share)| Share {
+            name: site.name().to_string(),
+            share: if total > 0.0 { share / total } else { 0.0 },
+        })
+        .collect();
+    place.site.sort_by(|a, b| b.share.total_cmp(&a.share));
+}

@@ -1,0 +1,266 @@
+//! Bounded least squares of a hypothesis on training runs.
+
+use super::experiment::Experiment;
+use super::hypothesis::{Freedom, Hypothesis};
+use super::noise::Floor;
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::twin::Sensing;
+use nalgebra::{DMatrix, DVector};
+
+/// A fitted hypothesis.
+#[derive(Debug, Clone)]
+pub struct Fit {
+    /// The hypothesis.
+    pub hypothesis: Hypothesis,
+    /// Values of its free numbers.
+    pub values: Vec<f64>,
+    /// Standard errors of the values, robust to autocorrelated and uneven residuals.
+    pub standard_errors: Vec<f64>,
+    /// Mean square of the normalised residuals on the training runs.
+    pub mean_square: f64,
+    /// Correlation of each pair of free numbers in the fit.
+    pub correlation: DMatrix<f64>,
+}
+
+impl Fit {
+    /// The machine as fitted.
+    ///
+    /// # Errors
+    /// A value that the machine's description refuses.
+    pub fn machine(&self, machine: &Machine) -> Result<Machine> {
+        self.hypothesis.machine(machine, &self.values)
+    }
+}
+
+const MOST_ITERATIONS: usize = 25;
+/// Relative fall of the sum of squares below which the fit has arrived.
+const ARRIVED: f64 = 1e-7;
+/// Finite-difference step in units of a number's scale: far above rounding, far below curvature.
+const DIFFERENCE: f64 = 1e-4;
+/// Residuals beyond this many σ weigh as this many: keeps a diverging candidate finite.
+const LARGEST: f64 = 1e9;
+
+/// What a fit minimises: normalised residuals of closed-loop replays, and calibration's distance from its
+/// stated values in tolerances.
+pub struct Objective<'a> {
+    machine: &'a Machine,
+    hypothesis: &'a Hypothesis,
+    experiments: &'a [Experiment],
+    floor: &'a Floor,
+}
+
+impl<'a> Objective<'a> {
+    /// The objective of a hypothesis on these runs.
+    pub fn new(
+        machine: &'a Machine,
+        hypothesis: &'a Hypothesis,
+        experiments: &'a [Experiment],
+        floor: &'a Floor,
+    ) -> Self {
+        Self { machine, hypothesis, experiments, floor }
+    }
+
+    /// Normalised residuals of all runs, run after run, signal after signal.
+    ///
+    /// # Errors
+    /// A value that the machine's description refuses.
+    pub fn residuals(&self, values: &[f64]) -> Result<DVector<f64>> {
+        let machine = self.hypothesis.machine(self.machine, values)?;
+        let mut all = Vec::new();
+        for experiment in self.experiments {
+            let predicted = experiment.predict(&machine, Sensing::Perfect)?;
+            experiment.normalised(&predicted, self.floor, &mut all);
+        }
+        for residual in &mut all {
+            *residual = if residual.is_finite() { residual.clamp(-LARGEST, LARGEST) } else { LARGEST };
+        }
+        Ok(DVector::from_vec(all))
+    }
+
+    fn jacobian(&self, values: &[f64], residuals: &DVector<f64>) -> Result<DMatrix<f64>> {
+        let mut jacobian = DMatrix::zeros(residuals.len(), values.len());
+        for (k, free) in self.hypothesis.free.iter().enumerate() {
+            let mut varied = values.to_vec();
+            let inside = values[k] + DIFFERENCE * free.scale <= free.range.1;
+            let step = if inside { DIFFERENCE * free.scale } else { -DIFFERENCE * free.scale };
+            varied[k] += step;
+            // In units of the number's scale, so that columns are comparable.
+            let column = (self.residuals(&varied)? - residuals) * (free.scale / step);
+            jacobian.set_column(k, &column);
+        }
+        Ok(jacobian)
+    }
+
+    /// Pull of calibration towards its stated values: (diagonal of the normal matrix, gradient), scaled.
+    fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
+        let free = &self.hypothesis.free;
+        let weigh = |k: usize| f64::from(u8::from(free[k].freedom == Freedom::Calibration));
+        let gradient = |k: usize| weigh(k) * (values[k] - free[k].neutral) / free[k].scale;
+        (DVector::from_fn(free.len(), |k, _| weigh(k)), DVector::from_fn(free.len(), |k, _| gradient(k)))
+    }
+
+    fn cost(&self, residuals: &DVector<f64>, values: &[f64]) -> f64 {
+        residuals.norm_squared() + self.prior(values).1.norm_squared()
+    }
+}
+
+/// Fits a hypothesis from all its starts, or from `warm` alone, and keeps the best.
+///
+/// # Model
+/// Levenberg–Marquardt with bounds: numbers on a bound whose gradient points outward are held, the others
+/// move. Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples, which
+/// holds for autocorrelated and uneven residuals alike.
+///
+/// # Errors
+/// A starting value that the machine's description refuses.
+pub fn fit(
+    machine: &Machine,
+    hypothesis: &Hypothesis,
+    experiments: &[Experiment],
+    floor: &Floor,
+    warm: Option<&[f64]>,
+) -> Result<Fit> {
+    let objective = Objective::new(machine, hypothesis, experiments, floor);
+    let own: Vec<Vec<f64>>;
+    let starts = match warm {
+        Some(values) => {
+            own = vec![values.to_vec()];
+            &own
+        }
+        None => &hypothesis.starts,
+    };
+    let mut best: Option<(f64, Vec<f64>)> = None;
+    for start in starts {
+        let (cost, values) = descend(&objective, inside(hypothesis, start))?;
+        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
+            best = Some((cost, values));
+        }
+    }
+    let values = best.map(|(_, values)| values).unwrap_or_default();
+    finish(&objective, values)
+}
+
+fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
+    hypothesis.free.iter().zip(values).map(|(free, v)| v.clamp(free.range.0, free.range.1)).collect()
+}
+
+fn descend(objective: &Objective, mut values: Vec<f64>) -> Result<(f64, Vec<f64>)> {
+    let free = &objective.hypothesis.free;
+    let mut residuals = objective.residuals(&values)?;
+    let mut cost = objective.cost(&residuals, &values);
+    let mut damping = 1e-3;
+    if free.is_empty() {
+        return Ok((cost, values));
+    }
+    for _ in 0..MOST_ITERATIONS {
+        let jacobian = objective.jacobian(&values, &residuals)?;
+        let (weight, pull) = objective.prior(&values);
+        let normal = jacobian.tr_mul(&jacobian) + DMatrix::from_diagonal(&weight);
+        let gradient = jacobian.tr_mul(&residuals) + pull;
+        let held: Vec<bool> = (0..free.len())
+            .map(|k| {
+                let (low, high) = free[k].range;
+                (values[k] <= low && gradient[k] > 0.0) || (values[k] >= high && gradient[k] < 0.0)
+            })
+            .collect();
+        let mut improved = false;
+        while damping < 1e9 {
+            let Some(step) = damped_step(&normal, &gradient, &held, damping) else {
+                damping *= 10.0;
+                continue;
+            };
+            let moved: Vec<f64> = (0..free.len())
+                .map(|k| (values[k] + step[k] * free[k].scale).clamp(free[k].range.0, free[k].range.1))
+                .collect();
+            let trial = objective.residuals(&moved)?;
+            let trial_cost = objective.cost(&trial, &moved);
+            if trial_cost < cost {
+                let fall = (cost - trial_cost) / cost;
+                (values, residuals, cost) = (moved, trial, trial_cost);
+                damping = (damping * 0.2).max(1e-9);
+                improved = fall > ARRIVED;
+                break;
+            }
+            damping *= 4.0;
+        }
+        if !improved {
+            break;
+        }
+    }
+    Ok((cost, values))
+}
+
+fn damped_step(
+    normal: &DMatrix<f64>,
+    gradient: &DVector<f64>,
+    held: &[bool],
+    damping: f64,
+) -> Option<DVector<f64>> {
+    let mut matrix = normal.clone();
+    let mut right = -gradient;
+    for (k, &is_held) in held.iter().enumerate() {
+        if is_held {
+            matrix.row_mut(k).fill(0.0);
+            matrix.column_mut(k).fill(0.0);
+            matrix[(k, k)] = 1.0;
+            right[k] = 0.0;
+        } else {
+            matrix[(k, k)] += damping * normal[(k, k)].max(1e-12);
+        }
+    }
+    matrix.cholesky().map(|factor| factor.solve(&right))
+}
+
+/// Blocks of consecutive samples for the sandwich, over all runs together at least.
+const BLOCKS: usize = 40;
+
+fn finish(objective: &Objective, values: Vec<f64>) -> Result<Fit> {
+    let residuals = objective.residuals(&values)?;
+    let jacobian = objective.jacobian(&values, &residuals)?;
+    let count = values.len();
+    let (weight, _) = objective.prior(&values);
+    let normal = jacobian.tr_mul(&jacobian) + DMatrix::from_diagonal(&weight);
+    let mut scatter = DMatrix::zeros(count, count);
+    for block in blocks(objective.experiments) {
+        let mut score = DVector::zeros(count);
+        for row in block.iter().flat_map(|range| range.clone()) {
+            score.axpy(residuals[row], &jacobian.row(row).transpose(), 1.0);
+        }
+        scatter += &score * score.transpose();
+    }
+    let inverse = normal.clone().pseudo_inverse(1e-14 * normal.norm().max(1e-300));
+    let inverse = inverse.unwrap_or_else(|_| DMatrix::zeros(count, count));
+    let covariance = &inverse * (scatter + DMatrix::from_diagonal(&weight)) * &inverse;
+    let free = &objective.hypothesis.free;
+    let standard_errors = (0..count).map(|k| covariance[(k, k)].max(0.0).sqrt() * free[k].scale).collect();
+    let correlation = DMatrix::from_fn(count, count, |a, b| {
+        let spread = (inverse[(a, a)] * inverse[(b, b)]).sqrt();
+        if spread > 0.0 { inverse[(a, b)] / spread } else { 0.0 }
+    });
+    Ok(Fit {
+        hypothesis: objective.hypothesis.clone(),
+        mean_square: residuals.norm_squared() / residuals.len().max(1) as f64,
+        values,
+        standard_errors,
+        correlation,
+    })
+}
+
+/// Rows of each block: the same stretch of time in every signal of a run.
+fn blocks(experiments: &[Experiment]) -> Vec<Vec<std::ops::Range<usize>>> {
+    let total: usize = experiments.iter().map(Experiment::samples).sum();
+    let length = total.div_ceil(BLOCKS).max(1);
+    let mut offset = 0;
+    let mut all = Vec::new();
+    for experiment in experiments {
+        let samples = experiment.samples();
+        let signals = experiment.signals().len();
+        for from in (0..samples).step_by(length) {
+            let to = (from + length).min(samples);
+            all.push((0..signals).map(|s| offset + s * samples + from..offset + s * samples + to).collect());
+        }
+        offset += samples * signals;
+    }
+    all
+}

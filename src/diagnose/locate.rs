@@ -1,0 +1,310 @@
+//! Where the gap lies: by segment of the signal path, phase of the motion, frequency, position and speed.
+
+use super::experiment::{Experiment, trace};
+use super::motion::Motion;
+use super::noise::Floor;
+use super::verdict::{Band, Share, Where};
+use crate::controller::Input;
+use crate::drive::motor::{Circuit, CircuitStep};
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::recording::Signal;
+use crate::sensor::VelocityMemory;
+use crate::twin::Sensing;
+use realfft::RealFftPlanner;
+
+/// Localises the gap of the twin as it is on the held-out runs.
+///
+/// # Model
+/// *Segments.* The path is cut at every logged signal. Each segment is replayed alone, from its measured input to
+/// its measured output, and its residual is expressed as a force at the moving part: the controller from
+/// reference and position to effort, the drive from effort to current, the mechanics from force to motion
+/// (inverse dynamics). Shares are mean squares of those forces.
+///
+/// *Phase, frequency, position, speed.* Shares of the squared normalised residual of the free-run replay.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub fn locate(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Result<Where> {
+    let mut energy = Energy::default();
+    let mut segments = Segments::default();
+    let span = Span::of(experiments);
+    for experiment in experiments {
+        let predicted = experiment.predict(machine, Sensing::Perfect)?;
+        let phases = phases(experiment);
+        let position = experiment.run().require(Signal::Position)?;
+        for &signal in experiment.signals() {
+            let Some(measured) = experiment.run().signal(signal) else { continue };
+            let scale = 1.0 / floor.sigma(signal);
+            let pairs = measured.iter().zip(trace(&predicted, signal));
+            let residual: Vec<f64> = pairs.map(|(m, p)| (m - p) * scale).collect();
+            energy.add(&residual, &phases, position, experiment, &span);
+        }
+        segments.add(experiment, machine)?;
+    }
+    Ok(Where {
+        site: Vec::new(),
+        segment: segments.shares(),
+        phase: shares(&PHASES, &energy.phase),
+        frequency_hz: bands(&frequency_edges(experiments), &energy.frequency),
+        position: bands(&span.position_edges(), &energy.position),
+        speed: bands(&span.speed_edges(), &energy.speed),
+    })
+}
+
+/// Phases of a motion, as the reference tells them.
+const PHASES: [&str; 6] = ["dwell", "accelerate", "cruise", "decelerate", "reverse", "settle"];
+const DWELL: usize = 0;
+const ACCELERATE: usize = 1;
+const CRUISE: usize = 2;
+const DECELERATE: usize = 3;
+const REVERSE: usize = 4;
+const SETTLE: usize = 5;
+/// A stop or reversal colours so many seconds around it.
+const AROUND_S: f64 = 0.03;
+/// The axis settles for so long after the reference stops, in s.
+const SETTLING_S: f64 = 0.4;
+
+fn phases(experiment: &Experiment) -> Vec<usize> {
+    let commands = experiment.recorded().commands();
+    let period = experiment.run().sample_period_s();
+    let velocity: Vec<f64> = commands.iter().map(|c| c.velocity_reference).collect();
+    let most = velocity.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let steepest = velocity.windows(2).fold(0.0, |most: f64, w| most.max((w[1] - w[0]).abs()));
+    let mut last_move = None;
+    let mut phases: Vec<usize> = (0..velocity.len())
+        .map(|k| {
+            let (v, next) = (velocity[k], velocity.get(k + 1).copied().unwrap_or(velocity[k]));
+            if v.abs() <= 1e-6 * most {
+                let settling = last_move.is_some_and(|at: usize| (k - at) as f64 * period < SETTLING_S);
+                return if settling { SETTLE } else { DWELL };
+            }
+            last_move = Some(k);
+            let change = (next - v) * v.signum();
+            if change > 0.02 * steepest {
+                ACCELERATE
+            } else if change < -0.02 * steepest {
+                DECELERATE
+            } else {
+                CRUISE
+            }
+        })
+        .collect();
+    let around = (AROUND_S / period).round() as usize;
+    for k in 1..velocity.len() {
+        if velocity[k - 1] * velocity[k] < 0.0 {
+            let to = (k + around).min(phases.len());
+            phases[k.saturating_sub(around)..to].fill(REVERSE);
+        }
+    }
+    phases
+}
+
+const BINS: usize = 10;
+
+/// Range of positions and speeds over all runs.
+struct Span {
+    position: (f64, f64),
+    speed: f64,
+}
+
+impl Span {
+    fn of(experiments: &[Experiment]) -> Self {
+        let mut span = Self { position: (f64::MAX, f64::MIN), speed: 0.0 };
+        for experiment in experiments {
+            for x in experiment.run().signal(Signal::Position).unwrap_or_default() {
+                span.position = (span.position.0.min(*x), span.position.1.max(*x));
+            }
+            let most = experiment.recorded().commands().iter().map(|c| c.velocity_reference.abs());
+            span.speed = most.fold(span.speed, f64::max);
+        }
+        span
+    }
+
+    fn position_edges(&self) -> Vec<f64> {
+        let (from, to) = self.position;
+        (0..=BINS).map(|k| from + (to - from) * k as f64 / BINS as f64).collect()
+    }
+
+    fn speed_edges(&self) -> Vec<f64> {
+        (0..=BINS).map(|k| self.speed * k as f64 / BINS as f64).collect()
+    }
+}
+
+/// Upper edges of the frequency bands in Hz, up to half the sample rate.
+fn frequency_edges(experiments: &[Experiment]) -> Vec<f64> {
+    let rate = experiments.first().map_or(1.0, |e| 1.0 / e.run().sample_period_s());
+    let mut edges: Vec<f64> = [0.0, 1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0, 200.0]
+        .into_iter()
+        .filter(|f| *f < 0.5 * rate)
+        .collect();
+    edges.push(0.5 * rate);
+    edges
+}
+
+/// Squared normalised residuals, gathered by place.
+#[derive(Default)]
+struct Energy {
+    phase: Vec<f64>,
+    frequency: Vec<f64>,
+    position: Vec<f64>,
+    speed: Vec<f64>,
+}
+
+impl Energy {
+    fn add(
+        &mut self,
+        residual: &[f64],
+        phases: &[usize],
+        position: &[f64],
+        experiment: &Experiment,
+        span: &Span,
+    ) {
+        self.phase.resize(PHASES.len(), 0.0);
+        self.position.resize(BINS, 0.0);
+        self.speed.resize(BINS, 0.0);
+        let (from, to) = span.position;
+        let bin = |fraction: f64| ((fraction * BINS as f64) as usize).min(BINS - 1);
+        let commands = experiment.recorded().commands();
+        for (k, r) in residual.iter().enumerate() {
+            let square = r * r;
+            self.phase[phases[k]] += square;
+            self.position[bin((position[k] - from) / (to - from).max(f64::MIN_POSITIVE))] += square;
+            let speed = commands[k].velocity_reference.abs();
+            self.speed[bin(speed / span.speed.max(f64::MIN_POSITIVE))] += square;
+        }
+        self.add_spectrum(residual, experiment);
+    }
+
+    fn add_spectrum(&mut self, residual: &[f64], experiment: &Experiment) {
+        let edges = frequency_edges(std::slice::from_ref(experiment));
+        self.frequency.resize(edges.len() - 1, 0.0);
+        let mut planner = RealFftPlanner::<f64>::new();
+        let transform = planner.plan_fft_forward(residual.len());
+        let mut spectrum = transform.make_output_vec();
+        if transform.process(&mut residual.to_vec(), &mut spectrum).is_err() {
+            return;
+        }
+        let resolution = 1.0 / (residual.len() as f64 * experiment.run().sample_period_s());
+        for (k, value) in spectrum.iter().enumerate() {
+            let frequency = k as f64 * resolution;
+            let band = edges[1..].iter().position(|edge| frequency < *edge).unwrap_or(edges.len() - 2);
+            // Every line but the first and last stands for two.
+            let twice = if k == 0 || 2 * k == residual.len() { 1.0 } else { 2.0 };
+            self.frequency[band] += twice * value.norm_sqr() / residual.len() as f64;
+        }
+    }
+}
+
+fn shares(names: &[&str], energy: &[f64]) -> Vec<Share> {
+    let total: f64 = energy.iter().sum();
+    names
+        .iter()
+        .zip(energy)
+        .map(|(name, e)| Share {
+            name: (*name).to_string(),
+            share: if total > 0.0 { e / total } else { 0.0 },
+        })
+        .collect()
+}
+
+fn bands(edges: &[f64], energy: &[f64]) -> Vec<Band> {
+    let total: f64 = energy.iter().sum();
+    edges
+        .windows(2)
+        .zip(energy)
+        .map(|(w, e)| Band { from: w[0], to: w[1], share: if total > 0.0 { e / total } else { 0.0 } })
+        .collect()
+}
+
+/// Mean squares of the segments' residual forces.
+#[derive(Default)]
+struct Segments {
+    controller: Vec<f64>,
+    drive: Vec<f64>,
+    mechanics: Vec<f64>,
+    drive_is_apart: bool,
+}
+
+impl Segments {
+    fn add(&mut self, experiment: &Experiment, machine: &Machine) -> Result<()> {
+        let machine = experiment.machine(machine)?;
+        let constants = machine.constants();
+        let force_per_volt = match constants.circuit {
+            Circuit::Winding { resistance_ohm, force_constant, .. } => force_constant / resistance_ohm,
+            Circuit::Direct { force_per_volt } => force_per_volt,
+        };
+        if let Some(residual) = controller_residual(experiment, &machine) {
+            self.controller.push(mean_square(&residual) * force_per_volt * force_per_volt);
+        }
+        if let Some(residual) = drive_residual(experiment, &constants.circuit) {
+            self.drive_is_apart = true;
+            self.drive.push(mean_square(&residual));
+        }
+        self.mechanics.push(mean_square(&Motion::of(experiment, &machine)?.missing_force));
+        Ok(())
+    }
+
+    fn shares(&self) -> Vec<Share> {
+        let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len().max(1) as f64;
+        let (controller, drive, mechanics) =
+            (mean(&self.controller), mean(&self.drive), mean(&self.mechanics));
+        if self.drive_is_apart {
+            let names = ["controller", "amplifier+motor", "guide+structure+sensor"];
+            shares(&names, &[controller, drive, mechanics])
+        } else {
+            shares(&["controller", "amplifier+motor+guide+structure+sensor"], &[controller, mechanics])
+        }
+    }
+}
+
+fn mean_square(samples: &[f64]) -> f64 {
+    samples.iter().map(|x| x * x).sum::<f64>() / samples.len().max(1) as f64
+}
+
+/// Measured effort less what the controller computes from measured reference and position, in V.
+fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option<Vec<f64>> {
+    let run = experiment.run();
+    let (effort, position) = (run.signal(Signal::ControlEffort)?, run.signal(Signal::Position)?);
+    let controller = machine.description().controller.as_ref()?;
+    let estimate = &machine.description().encoder.velocity;
+    let (period, start) = (run.sample_period_s(), experiment.recorded().start());
+    let mut velocity = VelocityMemory::moving(start.position, start.velocity, period);
+    let mut memory = None;
+    let residual = experiment.recorded().commands().iter().enumerate().map(|(k, command)| {
+        let input = Input {
+            position_reference: command.position_reference,
+            velocity_reference: command.velocity_reference,
+            position: position[k],
+            velocity: estimate.update(&mut velocity, position[k], period),
+        };
+        let memory = memory
+            .get_or_insert_with(|| controller.memory_for(effort[k] - command.disturbance_v, input, period));
+        effort[k] - command.disturbance_v - controller.effort_v(memory, input, period)
+    });
+    Some(residual.collect())
+}
+
+/// Measured motor effort less what the drive's model makes of the measured voltage, in N or N·m.
+fn drive_residual(experiment: &Experiment, circuit: &Circuit) -> Option<Vec<f64>> {
+    let run = experiment.run();
+    let effort = run.signal(Signal::ControlEffort)?;
+    let step = CircuitStep::new(circuit, run.sample_period_s());
+    let measured: Vec<f64> = match (run.signal(Signal::Current), run.signal(Signal::Thrust)) {
+        (Some(current), _) if step.has_current() => {
+            current.iter().map(|i| i * step.effort_constant()).collect()
+        }
+        (_, Some(thrust)) => thrust.to_vec(),
+        _ => return None,
+    };
+    let position = run.signal(Signal::Position)?;
+    let period = run.sample_period_s();
+    let mut current = measured[0] / step.effort_constant();
+    let modelled = (0..effort.len()).map(|k| {
+        let velocity = if k == 0 { 0.0 } else { (position[k] - position[k - 1]) / period };
+        let now = if step.has_current() { current } else { effort[k] };
+        step.advance(&mut current, effort[k], velocity);
+        now * step.effort_constant()
+    });
+    Some(measured.iter().zip(modelled).map(|(m, p)| m - p).collect())
+}

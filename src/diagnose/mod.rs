@@ -1,0 +1,167 @@
+//! Diagnosis: where the twin and the recording disagree, which effect causes it, how far it shrinks.
+//!
+//! The procedure is its own definition: check → floor → locate → hypothesise and fit (training runs only) →
+//! compare (held-out runs only) → conclude.
+
+pub mod check;
+mod conclude;
+pub mod evidence;
+pub mod experiment;
+pub mod fit;
+pub mod hypothesis;
+mod locate;
+pub mod motion;
+pub mod noise;
+pub mod selection;
+pub mod verdict;
+
+pub use verdict::{Diagnosis, Verdict};
+
+use crate::effect::EffectId;
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::recording::{HeldOutRuns, Recording, SplitRule, TrainingRuns};
+use evidence::{Score, closed};
+use experiment::Experiment;
+use fit::fit;
+use noise::Floor;
+use selection::{Found, Search};
+
+/// What a diagnosis may name, and who is told how it goes on.
+pub struct Options<'a> {
+    /// Effects that may be named.
+    pub catalogue: &'a [EffectId],
+    /// Told after every fitted hypothesis, with its effects.
+    pub progress: &'a (dyn Fn(&str) + Sync),
+}
+
+impl Default for Options<'_> {
+    fn default() -> Self {
+        Self { catalogue: EffectId::ALL, progress: &|_| () }
+    }
+}
+
+/// Diagnoses a recording against a machine's twin.
+///
+/// # Errors
+/// A recording that cannot be split into training and held-out runs, signals that a replay needs and the
+/// recording lacks, or settings that the machine does not have.
+pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    let (training, held_out) = recording.split(SplitRule::default())?;
+    let ready = Ready::new(machine, &training, &held_out)?;
+    let found = ready.search(options)?;
+    ready.conclude(&found, recording, options)
+}
+
+/// Runs made ready, with what is known before the search.
+struct Ready<'a> {
+    machine: &'a Machine,
+    training: Vec<Experiment>,
+    held_out: Vec<Experiment>,
+    floor: Floor,
+    before: Score,
+}
+
+impl<'a> Ready<'a> {
+    fn new(machine: &'a Machine, training: &TrainingRuns, held_out: &HeldOutRuns) -> Result<Self> {
+        let experiments = |runs: &[crate::recording::Run]| -> Result<Vec<Experiment>> {
+            runs.iter().map(|run| Experiment::new(run, machine)).collect()
+        };
+        let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
+        let all: Vec<&Experiment> = training.iter().chain(&held_out).collect();
+        let floor = Floor::estimate(machine, &all)?;
+        let before = Score::of(machine, &held_out, &floor)?;
+        Ok(Self { machine, training, held_out, floor, before })
+    }
+
+    fn search(&self, options: &Options) -> Result<Found> {
+        let screen = motion::screen(&self.training, self.machine)?;
+        let search = Search {
+            machine: self.machine,
+            training: &self.training,
+            held_out: &self.held_out,
+            floor: &self.floor,
+            screen: &screen,
+            catalogue: options.catalogue,
+            progress: options.progress,
+        };
+        search.run(&self.before)
+    }
+
+    fn conclude(&self, found: &Found, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+        let chosen = &found.candidates[found.chosen];
+        let verdict = conclude::verdict(found, &self.before);
+        let causes = conclude::causes(found, &self.before, self.machine);
+        let improved = chosen.fit.machine(self.machine)?;
+        let predicted = self.predicted_closed(&chosen.fit)?;
+        let gap = conclude::gap(
+            [self.machine, &improved],
+            [&self.before, &chosen.score],
+            predicted,
+            &self.held_out,
+            &self.floor,
+        )?;
+        let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
+        let mut place = locate::locate(self.machine, &self.held_out, &self.floor)?;
+        conclude::sites(&mut place, &causes, unexplained);
+        let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
+        Ok(Diagnosis {
+            schema: "slideway-diagnosis/1",
+            verdict,
+            causes,
+            effects: conclude::effects(found, options.catalogue),
+            ranking: conclude::ranking(found),
+            calibration: conclude::calibration(&chosen.fit),
+            gap,
+            place,
+            unexplained,
+            next_experiment: None,
+            checks: check::check(self.machine, &self.training, &self.held_out),
+            data: verdict::Data {
+                machine: self.machine.description().name.clone(),
+                training: names(&self.training),
+                held_out: names(&self.held_out),
+                sha256: recording.sha256(),
+                note: recording.note.clone(),
+            },
+            version: env!("CARGO_PKG_VERSION"),
+        })
+    }
+
+    /// Closed share that cross-validation inside the training runs predicts: each run left out in turn is
+    /// predicted from the others. A single training run can only predict itself.
+    fn predicted_closed(&self, chosen: &fit::Fit) -> Result<f64> {
+        let folds = self.training.len();
+        let (mut before, mut after) = (0.0, 0.0);
+        for left_out in 0..folds {
+            let (test, rest): (Vec<_>, Vec<_>) =
+                self.training.iter().cloned().enumerate().partition(|(k, _)| *k == left_out);
+            let test: Vec<Experiment> = test.into_iter().map(|(_, e)| e).collect();
+            let rest: Vec<Experiment> = rest.into_iter().map(|(_, e)| e).collect();
+            let machine = if rest.is_empty() {
+                chosen.machine(self.machine)?
+            } else {
+                let warm = Some(chosen.values.as_slice());
+                fit(self.machine, &chosen.hypothesis, &rest, &self.floor, warm)?.machine(self.machine)?
+            };
+            before += Score::of(self.machine, &test, &self.floor)?.mean_square();
+            after += Score::of(&machine, &test, &self.floor)?.mean_square();
+        }
+        let count = folds as f64;
+        let excess = before / count - 1.0;
+        Ok(if excess > 0.0 { 1.0 - (after / count - 1.0) / excess } else { 0.0 })
+    }
+}
+
+/// The closed share of the gap between two machines on a set of runs; for checks outside the search.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub fn closed_between(
+    before: &Machine,
+    after: &Machine,
+    runs: &[Experiment],
+    floor: &Floor,
+) -> Result<evidence::Closed> {
+    Ok(closed(&Score::of(before, runs, floor)?, &Score::of(after, runs, floor)?))
+}

@@ -1,0 +1,182 @@
+//! Motion read off a recorded run: smoothed velocity, acceleration, and the force that the twin lacks.
+
+use super::experiment::Experiment;
+use crate::drive::motor::{Circuit, CircuitStep};
+use crate::effect::{Constants, Screen};
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::recording::Signal;
+
+/// Smoothed motion of one run and the missing force along it.
+#[derive(Debug, Clone)]
+pub struct Motion {
+    /// Position in m or rad.
+    pub position: Vec<f64>,
+    /// Velocity in m/s or rad/s.
+    pub velocity: Vec<f64>,
+    /// Acceleration in m/s² or rad/s².
+    pub acceleration: Vec<f64>,
+    /// `m·a + c·v − F_motor − F_effects` in N or N·m; empty when no signal tells the motor's effort.
+    pub missing_force: Vec<f64>,
+    /// Motor effort in N or N·m, smoothed alike.
+    pub motor_force: Vec<f64>,
+}
+
+/// Half width of the smoothing window in s: parabolas over 2 × this pass what is slower than about 100 Hz.
+const HALF_WIDTH_S: f64 = 4e-3;
+
+impl Motion {
+    /// Reads a run.
+    ///
+    /// # Model
+    /// A parabola is fitted to each window of 2w + 1 positions (Savitzky–Golay): value, slope and curvature at its
+    /// middle. The motor's effort is smoothed with the same window, so no phase comes between them.
+    ///
+    /// # Errors
+    /// A run without position, or a setting that the machine does not have.
+    pub fn of(experiment: &Experiment, machine: &Machine) -> Result<Self> {
+        let run = experiment.run();
+        let machine = experiment.machine(machine)?;
+        let constants = machine.constants();
+        let period = run.sample_period_s();
+        let half = ((HALF_WIDTH_S / period).round() as usize).max(3);
+        let [position, velocity, acceleration] = smooth(run.require(Signal::Position)?, half, period);
+        let motor_force = match motor_force(experiment, &constants) {
+            Some(force) => smooth(&force, half, period)[0].clone(),
+            None => Vec::new(),
+        };
+        let effects = machine.effects();
+        let missing_force = motor_force
+            .iter()
+            .enumerate()
+            .map(|(k, force)| {
+                let (x, v) = (position[k], velocity[k]);
+                let own: f64 = effects
+                    .iter()
+                    .map(|effect| effect.push(x, v) - v.signum() * effect.resistance(v.signum(), v.abs()))
+                    .sum();
+                constants.moving_mass * acceleration[k] + constants.viscous * v - force - own
+            })
+            .collect();
+        Ok(Self { position, velocity, acceleration, missing_force, motor_force })
+    }
+}
+
+/// The motor's effort from the signal nearest to it: thrust, current, or the effort through the drive's model.
+fn motor_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
+    let run = experiment.run();
+    if let Some(thrust) = run.signal(Signal::Thrust) {
+        return Some(thrust.to_vec());
+    }
+    match (&constants.circuit, run.signal(Signal::Current), run.signal(Signal::ControlEffort)) {
+        (Circuit::Winding { force_constant, .. }, Some(current), _) => {
+            Some(current.iter().map(|i| i * force_constant).collect())
+        }
+        (Circuit::Direct { force_per_volt }, _, Some(effort)) => {
+            Some(effort.iter().map(|u| u * force_per_volt).collect())
+        }
+        (circuit, _, Some(effort)) => {
+            let step = CircuitStep::new(circuit, run.sample_period_s());
+            let mut current = experiment.recorded().start().current.unwrap_or(0.0);
+            Some(
+                effort
+                    .iter()
+                    .map(|&u| {
+                        let now = current;
+                        step.advance(&mut current, u, 0.0);
+                        now * step.effort_constant()
+                    })
+                    .collect(),
+            )
+        }
+        _ => None,
+    }
+}
+
+/// Value, slope and curvature of the least-squares parabola over each window of `2·half + 1` samples; at the
+/// ends, where the window is cut, the nearest full window is extended.
+pub fn smooth(samples: &[f64], half: usize, period_s: f64) -> [Vec<f64>; 3] {
+    let count = samples.len();
+    let half = half.min(count.saturating_sub(1) / 2);
+    if half == 0 {
+        return [samples.to_vec(), vec![0.0; count], vec![0.0; count]];
+    }
+    let width = (2 * half + 1) as f64;
+    let offsets = || (0..=2 * half).map(|j| j as f64 - half as f64);
+    let s2: f64 = offsets().map(|j| j * j).sum();
+    let s4: f64 = offsets().map(|j| j.powi(4)).sum();
+    let determinant = width * s4 - s2 * s2;
+    let mut result = [vec![0.0; count], vec![0.0; count], vec![0.0; count]];
+    for k in 0..count {
+        let middle = k.clamp(half, count - 1 - half);
+        let window = &samples[middle - half..=middle + half];
+        // Sums of differences to the middle sample keep the digits of a slow, far-travelled axis.
+        let base = samples[middle];
+        let (mut m0, mut m1, mut m2) = (0.0, 0.0, 0.0);
+        for (j, y) in offsets().zip(window) {
+            let difference = y - base;
+            m0 += difference;
+            m1 += j * difference;
+            m2 += j * j * difference;
+        }
+        let curvature = (width * m2 - s2 * m0) / determinant;
+        let slope = m1 / s2;
+        let value = (s4 * m0 - s2 * m2) / determinant;
+        let away = k as f64 - middle as f64;
+        result[0][k] = base + value + slope * away + curvature * away * away;
+        result[1][k] = (slope + 2.0 * curvature * away) / period_s;
+        result[2][k] = 2.0 * curvature / (period_s * period_s);
+    }
+    result
+}
+
+/// Samples that screening uses at most, over all runs.
+const SCREEN_SAMPLES: usize = 6000;
+
+/// Gathers what fits need to start from the training runs.
+///
+/// # Errors
+/// Whatever reading the motion refuses.
+pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
+    let total: usize = experiments.iter().map(Experiment::samples).sum();
+    let every = total.div_ceil(SCREEN_SAMPLES).max(1);
+    let mut screen = Screen { constants: Some(machine.constants()), ..Screen::default() };
+    for experiment in experiments {
+        let motion = Motion::of(experiment, machine)?;
+        let thin = |samples: &[f64]| samples.iter().step_by(every).copied().collect::<Vec<f64>>();
+        screen.position.extend(thin(&motion.position));
+        screen.velocity.extend(thin(&motion.velocity));
+        screen.acceleration.extend(thin(&motion.acceleration));
+        screen.missing_force.extend(thin(&motion.missing_force));
+        let most = motion.motor_force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
+        screen.largest_force = screen.largest_force.max(most);
+    }
+    if screen.largest_force == 0.0 {
+        // No signal tells the motor's effort: what the recorded motion itself must have taken.
+        let constants = machine.constants();
+        let need = |(a, v): (&f64, &f64)| (constants.moving_mass * a).abs() + (constants.viscous * v).abs();
+        let most = screen.acceleration.iter().zip(&screen.velocity).map(need).fold(0.0, f64::max);
+        screen.largest_force = most;
+    }
+    Ok(screen)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_parabola_is_read_without_error() {
+        let period = 1e-3;
+        let samples: Vec<f64> = (0..60)
+            .map(|k| 0.3 + 0.2 * (f64::from(k) * period) - 4.0 * (f64::from(k) * period).powi(2))
+            .collect();
+        let [value, slope, curvature] = smooth(&samples, 4, period);
+        for k in 0..60 {
+            let t = k as f64 * period;
+            assert!((value[k] - samples[k]).abs() < 1e-12);
+            assert!((slope[k] - (0.2 - 8.0 * t)).abs() < 1e-9, "{k}");
+            assert!((curvature[k] + 8.0).abs() < 1e-6);
+        }
+    }
+}

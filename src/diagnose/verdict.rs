@@ -1,0 +1,233 @@
+//! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
+
+use super::check::Finding;
+use super::noise::Source;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// What a diagnosis comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The twin predicts the held-out runs as well as noise allows, calibration inside tolerance included.
+    NoGap,
+    /// One or several effects explain the gap.
+    Cause,
+    /// Several explanations do equally well on the held-out runs.
+    Undecided,
+    /// There is a gap that no effect of the catalogue explains.
+    Unknown,
+}
+
+/// A fitted number with its interval.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Parameter {
+    /// Estimate.
+    pub value: f64,
+    /// 95 % interval.
+    pub ci95: [f64; 2],
+    /// Unit.
+    pub unit: String,
+    /// What the twin has instead.
+    pub twin: f64,
+}
+
+/// An effect that is named as a cause.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Cause {
+    /// Effect id.
+    pub effect: String,
+    /// Its place on the signal path.
+    pub site: String,
+    /// Posterior probability that it acts.
+    pub probability: f64,
+    /// Share of the gap that it closes.
+    pub closes: f64,
+    /// Effects that could stand in its place on these data.
+    pub confusable_with: Vec<String>,
+    /// Its parameters.
+    pub parameters: BTreeMap<String, Parameter>,
+}
+
+/// Probability that one effect of the catalogue acts.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct EffectProbability {
+    /// Effect id.
+    pub effect: String,
+    /// Posterior probability.
+    pub probability: f64,
+}
+
+/// One explanation of the ranking.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Ranked {
+    /// Its effects; empty: the twin as it is, calibrated.
+    pub effects: Vec<String>,
+    /// Posterior probability.
+    pub probability: f64,
+    /// Gap G on the held-out runs.
+    pub held_out_gap: f64,
+}
+
+/// A stated constant moved inside its tolerance.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Calibration {
+    /// Key path.
+    pub path: String,
+    /// Estimate and interval.
+    #[serde(flatten)]
+    pub parameter: Parameter,
+    /// Whether it went to the edge of its tolerance.
+    pub at_tolerance: bool,
+}
+
+/// One signal on the held-out runs, before and after, in SI.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct SignalGap {
+    /// Canonical name.
+    pub signal: String,
+    /// RMS of recorded less predicted, twin as it is.
+    pub rms_before: f64,
+    /// The same with the causes added.
+    pub rms_after: f64,
+    /// Noise σ.
+    pub noise: f64,
+    /// Where the noise σ comes from.
+    pub noise_source: Source,
+    /// Mean absolute residual before.
+    pub mae_before: f64,
+    /// Mean absolute residual after.
+    pub mae_after: f64,
+    /// Largest absolute residual before.
+    pub peak_before: f64,
+    /// Largest absolute residual after.
+    pub peak_after: f64,
+    /// Coefficient of determination before.
+    pub r2_before: f64,
+    /// Coefficient of determination after.
+    pub r2_after: f64,
+}
+
+/// How large the gap is and how far it shrinks.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Gap {
+    /// G of the twin as it is, in units of noise.
+    pub before: f64,
+    /// G with the causes added.
+    pub after: f64,
+    /// G that noise alone leaves: 1.
+    pub floor: f64,
+    /// 1 − (after² − 1)/(before² − 1).
+    pub closed: f64,
+    /// Its 95 % interval.
+    pub closed_ci95: [f64; 2],
+    /// What cross-validation inside the training runs predicted.
+    pub predicted_closed: f64,
+    /// Signal by signal.
+    pub signals: Vec<SignalGap>,
+}
+
+/// A share of the gap by name.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Share {
+    /// Site, segment or phase.
+    #[serde(skip)]
+    pub name: String,
+    /// Share, 0 to 1.
+    pub share: f64,
+}
+
+/// A share of the gap between two values.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Band {
+    /// From.
+    pub from: f64,
+    /// To.
+    pub to: f64,
+    /// Share, 0 to 1.
+    pub share: f64,
+}
+
+/// Where the gap lies.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Where {
+    /// By place on the signal path.
+    pub site: Vec<Share>,
+    /// By stretch of the signal path between two logged signals, with its residual as a force.
+    pub segment: Vec<Share>,
+    /// By phase of the motion.
+    pub phase: Vec<Share>,
+    /// By frequency.
+    pub frequency_hz: Vec<Band>,
+    /// By position, m or rad.
+    pub position: Vec<Band>,
+    /// By speed, m/s or rad/s.
+    pub speed: Vec<Band>,
+}
+
+impl Serialize for Where {
+    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        use serde::ser::SerializeStruct;
+        let named = |key: &'static str, shares: &[Share]| -> Vec<BTreeMap<&'static str, serde_json::Value>> {
+            shares
+                .iter()
+                .map(|s| BTreeMap::from([(key, s.name.clone().into()), ("share", s.share.into())]))
+                .collect()
+        };
+        let mut map = serializer.serialize_struct("Where", 6)?;
+        map.serialize_field("site", &named("site", &self.site))?;
+        map.serialize_field("segment", &named("segment", &self.segment))?;
+        map.serialize_field("phase", &named("phase", &self.phase))?;
+        map.serialize_field("frequency_hz", &self.frequency_hz)?;
+        map.serialize_field("position", &self.position)?;
+        map.serialize_field("speed", &self.speed)?;
+        map.end()
+    }
+}
+
+/// What the diagnosis stands on.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Data {
+    /// Name of the machine.
+    pub machine: String,
+    /// Training runs.
+    pub training: Vec<String>,
+    /// Held-out runs.
+    pub held_out: Vec<String>,
+    /// SHA-256 of the recording.
+    pub sha256: String,
+    /// Where the recording comes from, in its own words.
+    pub note: Option<String>,
+}
+
+/// The whole diagnosis.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Diagnosis {
+    /// `slideway-diagnosis/1`.
+    pub schema: &'static str,
+    /// What it comes to.
+    pub verdict: Verdict,
+    /// The effects named, most closing first.
+    pub causes: Vec<Cause>,
+    /// Probability of every effect of the catalogue, most probable first.
+    pub effects: Vec<EffectProbability>,
+    /// Explanations, most probable first.
+    pub ranking: Vec<Ranked>,
+    /// Stated constants moved inside their tolerance.
+    pub calibration: Vec<Calibration>,
+    /// How large, how far.
+    pub gap: Gap,
+    /// Where.
+    #[serde(rename = "where")]
+    pub place: Where,
+    /// Share of the gap that stays open.
+    pub unexplained: f64,
+    /// The experiment that would settle an undecided question; not proposed yet.
+    pub next_experiment: Option<String>,
+    /// What was noticed in the data.
+    pub checks: Vec<Finding>,
+    /// What it stands on.
+    pub data: Data,
+    /// Version of this program.
+    pub version: &'static str,
+}
