@@ -45,20 +45,20 @@ fn periods<P: Plant>(bencher: Bencher, machine: &Machine, plant: P, sensing: Sen
     });
 }
 
-#[divan::bench]
+#[divan::bench(sample_count = 100, sample_size = 10_000)]
 fn period_on_axis(bencher: Bencher) {
     let machine = machine();
     periods(bencher, &machine, Axis::of(&machine.constants()), Sensing::Perfect);
 }
 
-#[divan::bench]
+#[divan::bench(sample_count = 100, sample_size = 10_000)]
 fn period_on_axis_with_noise(bencher: Bencher) {
     let machine = machine();
     periods(bencher, &machine, Axis::of(&machine.constants()), Sensing::AsStated { seed: 1 });
 }
 
 /// Four steps of the rigid-body plant.
-#[divan::bench]
+#[divan::bench(sample_count = 100, sample_size = 1000)]
 fn period_on_rapier(bencher: Bencher) {
     let machine = machine();
     periods(bencher, &machine, Rig::new(&machine).unwrap(), Sensing::Perfect);
@@ -68,7 +68,7 @@ fn period_on_rapier(bencher: Bencher) {
 const SPRING_N_PER_M: f64 = 2e4;
 
 /// The whole rigid-body plant: drag, base modes, lines of action.
-#[divan::bench]
+#[divan::bench(sample_count = 100, sample_size = 1000)]
 fn step_of_rapier_plant(bencher: Bencher) {
     let mut rig = Rig::new(&machine()).unwrap();
     rig.place(0.01, 0.0);
@@ -81,7 +81,7 @@ fn step_of_rapier_plant(bencher: Bencher) {
 }
 
 /// The rigid bodies and their joint alone.
-#[divan::bench]
+#[divan::bench(sample_count = 100, sample_size = 1000)]
 fn step_of_rapier_scene(bencher: Bencher) {
     let machine = machine();
     let gravity = Vector3::new(0.0, 0.0, -GRAVITY_M_PER_S2);
