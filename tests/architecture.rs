@@ -1,0 +1,323 @@
+//! The shape of the crate: modules import in one direction, the library does not print, no machine is
+//! named in it, and no file or folder grows where none should.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// Every module of the crate; one may import from itself and from those before it.
+const ORDER: [&str; 19] = [
+    "error",
+    "units",
+    "recording",
+    "identify",
+    "solid",
+    "controller",
+    "drive",
+    "sensor",
+    "base",
+    "guide",
+    "effect",
+    "machine",
+    "plant",
+    "twin",
+    "replay",
+    "diagnose",
+    "trial",
+    "report",
+    "cli",
+];
+/// Modules of the order that need not exist: the crate may be built without them.
+const OPTIONAL: [&str; 4] = ["diagnose", "trial", "report", "cli"];
+/// Where printing is the purpose.
+const MAY_PRINT: [&str; 3] = ["cli", "report", "main"];
+const PRINTING: [&str; 7] = ["println!", "eprintln!", "print!", "eprint!", "dbg!", "todo!", "unimplemented!"];
+const MACHINES: [&str; 6] = ["grinder", "emps", "fgp", "chevalier", "kollmorgen", "delta_a3"];
+/// A file beyond this holds more than one law or concern.
+const MOST_LINES: usize = 500;
+const TOP_LEVEL: [&str; 9] =
+    ["Cargo.toml", "Cargo.lock", "src", "models", "assets", "tests", "benches", "README.md", "CHANGELOG.md"];
+
+fn root() -> &'static Path {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+}
+
+/// Every Rust file below `folder`, sorted.
+fn rust_files(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        if path.is_dir() {
+            files.extend(rust_files(&path));
+        } else if path.extension().is_some_and(|e| e == "rs") {
+            files.push(path);
+        }
+    }
+    files.sort();
+    files
+}
+
+/// File (relative to `src`), its top-level module and its text.
+fn sources() -> Vec<(String, String, String)> {
+    let folder = root().join("src");
+    let files = rust_files(&folder);
+    assert!(files.len() > 20, "only {} files below src", files.len());
+    let named = |path: PathBuf| {
+        let relative = path.strip_prefix(&folder).unwrap().to_str().unwrap().replace('\\', "/");
+        let module = relative.split('/').next().unwrap().trim_end_matches(".rs").to_owned();
+        (relative, module, std::fs::read_to_string(&path).unwrap())
+    };
+    files.into_iter().map(named).collect()
+}
+
+/// The text with comments and the contents of string literals blanked; lines stay where they are.
+fn code_of(text: &str) -> String {
+    let bytes = text.as_bytes();
+    let mut code = bytes.to_vec();
+    let mut at = 0;
+    let mut blank = |from: usize, to: usize| {
+        for byte in &mut code[from..to.min(bytes.len())] {
+            if *byte != b'\n' {
+                *byte = b' ';
+            }
+        }
+    };
+    while at < bytes.len() {
+        let rest = &text.as_bytes()[at..];
+        let end = if rest.starts_with(b"//") {
+            at + rest.iter().position(|b| *b == b'\n').unwrap_or(rest.len())
+        } else if rest.starts_with(b"/*") {
+            at + text[at..].find("*/").map_or(rest.len(), |n| n + 2)
+        } else if rest.starts_with(b"r\"") || rest.starts_with(b"r#") {
+            let hashes = rest[1..].iter().take_while(|b| **b == b'#').count();
+            let raw = rest.get(1 + hashes) == Some(&b'"');
+            let close = format!("\"{}", "#".repeat(hashes));
+            let from = at + 2 + hashes;
+            if raw { text[from..].find(&close).map_or(text.len(), |n| from + n + close.len()) } else { at }
+        } else if rest[0] == b'"' {
+            let mut end = at + 1;
+            while end < bytes.len() && bytes[end] != b'"' {
+                end += if bytes[end] == b'\\' { 2 } else { 1 };
+            }
+            end + 1
+        } else if rest.starts_with(b"'\"'") || rest.starts_with(b"'\\\"'") {
+            at + 3
+        } else {
+            at
+        };
+        blank(at, end);
+        at = end.max(at + 1);
+    }
+    String::from_utf8(code).unwrap()
+}
+
+/// Line number (from 1) of a byte.
+fn line_of(text: &str, at: usize) -> usize {
+    text[..at].matches('\n').count() + 1
+}
+
+fn identifier(text: &str) -> &str {
+    let text = text.trim_start();
+    &text[..text.find(|c: char| !(c.is_alphanumeric() || c == '_')).unwrap_or(text.len())]
+}
+
+/// The names that `crate::…` is followed by: one, or each of a brace list.
+fn heads(rest: &str) -> Vec<&str> {
+    let rest = rest.trim_start();
+    let Some(list) = rest.strip_prefix('{') else { return vec![identifier(rest)] };
+    let mut names = vec![identifier(list)];
+    let mut depth = 1;
+    for (at, character) in list.char_indices() {
+        match character {
+            '{' => depth += 1,
+            '}' => depth -= 1,
+            ',' if depth == 1 => names.push(identifier(&list[at + 1..])),
+            _ => {}
+        }
+        if depth == 0 {
+            break;
+        }
+    }
+    names.retain(|name| !name.is_empty());
+    names
+}
+
+/// Imports of `text` that point backward: line and import, for a file of `module`.
+fn backward_imports(module: &str, text: &str) -> Vec<(usize, String)> {
+    let place = |name: &str| ORDER.iter().position(|m| *m == name);
+    let own = place(module).unwrap_or_else(|| panic!("module `{module}` is not in the order"));
+    let code = code_of(text);
+    let mut found = Vec::new();
+    for (at, word) in code.match_indices("crate::") {
+        if code[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_') {
+            continue;
+        }
+        for name in heads(&code[at + word.len()..]) {
+            if place(name).is_none_or(|imported| imported > own) {
+                found.push((line_of(&code, at), format!("crate::{name}")));
+            }
+        }
+    }
+    found
+}
+
+fn assert_none(what: &str, offences: &[String]) {
+    assert!(offences.is_empty(), "{what}:\n{}", offences.join("\n"));
+}
+
+#[test]
+fn exact_imports_point_one_way() {
+    let mut offences = Vec::new();
+    for (file, module, text) in sources() {
+        if module == "lib" || module == "main" {
+            continue;
+        }
+        for (line, import) in backward_imports(&module, &text) {
+            offences.push(format!("src/{file}:{line}: `{module}` imports {import}"));
+        }
+    }
+    assert_none("imports against the order of the modules", &offences);
+}
+
+#[test]
+fn exact_backward_import_is_caught() {
+    let text =
+        "//! See [`crate::cli`].\nuse crate::error::Error;\n\nfn f() {\n    crate::replay::run();\n}\n";
+    assert_eq!(backward_imports("plant", text), [(5, "crate::replay".to_owned())]);
+    let list =
+        "use crate::{\n    error::{Error, Result},\n    guide::Guide,\n    twin::{Command, Twin},\n};\n";
+    assert_eq!(backward_imports("plant", list), [(1, "crate::twin".to_owned())]);
+    assert_eq!(backward_imports("replay", list), []);
+    let unknown = "/* crate::cli */ const A: &str = \"crate::cli\"; use crate::helpers::b; // crate::cli\n";
+    assert_eq!(backward_imports("cli", unknown), [(1, "crate::helpers".to_owned())]);
+}
+
+#[test]
+fn exact_comments_and_strings_are_no_code() {
+    let text = "let a = r#\"dbg! \"x\" \"#; let b = '\"'; /* todo! */ let c = \"\\\"print!\"; // dbg!\nend";
+    let code = code_of(text);
+    assert!(PRINTING.iter().all(|word| !code.contains(word)), "{code}");
+    assert!(code.contains("let b") && code.contains("let c") && code.ends_with("\nend"), "{code}");
+}
+
+#[test]
+fn exact_order_lists_every_module() {
+    let library = code_of(&std::fs::read_to_string(root().join("src/lib.rs")).unwrap());
+    let declared: Vec<&str> =
+        library.match_indices("mod ").map(|(at, word)| identifier(&library[at + word.len()..])).collect();
+    assert!(declared.len() > 10, "{declared:?}");
+    for module in &declared {
+        assert!(ORDER.contains(module), "module `{module}` of src/lib.rs is not in the order");
+    }
+    for module in ORDER.iter().filter(|m| !OPTIONAL.contains(m)) {
+        assert!(declared.contains(module), "module `{module}` of the order is not in src/lib.rs");
+    }
+    for (file, module, _) in sources() {
+        let known = module == "lib" || module == "main" || declared.contains(&module.as_str());
+        assert!(known, "src/{file} belongs to no module of src/lib.rs");
+    }
+}
+
+#[test]
+fn exact_library_does_not_print() {
+    let mut offences = Vec::new();
+    for (file, module, text) in sources() {
+        if MAY_PRINT.contains(&module.as_str()) {
+            continue;
+        }
+        for (number, line) in code_of(&text).lines().enumerate() {
+            for word in PRINTING.iter().filter(|word| line.contains(**word)) {
+                offences.push(format!("src/{file}:{}: {word}", number + 1));
+            }
+        }
+    }
+    assert_none("the library prints or is unfinished", &offences);
+}
+
+/// Names of machines in a line; a path below `models/` in a comment (an example to run) is no knowledge.
+fn machines_in(line: &str) -> Vec<&'static str> {
+    let lower = line.to_lowercase();
+    let in_comment = lower.trim_start().starts_with("//");
+    let mut names = Vec::new();
+    for name in MACHINES {
+        for (at, _) in lower.match_indices(name) {
+            let alone = !lower[..at].ends_with(char::is_alphanumeric)
+                && !lower[at + name.len()..].starts_with(char::is_alphanumeric);
+            if alone && !(in_comment && lower[..at].ends_with("models/")) {
+                names.push(name);
+            }
+        }
+    }
+    names
+}
+
+#[test]
+fn exact_no_machine_is_named_in_the_library() {
+    let mut offences = Vec::new();
+    for (file, _, text) in sources() {
+        for (number, line) in text.lines().enumerate() {
+            for name in machines_in(line) {
+                offences.push(format!("src/{file}:{}: {name}", number + 1));
+            }
+        }
+    }
+    assert_none("machines belong below models", &offences);
+}
+
+#[test]
+fn exact_machine_named_in_code_is_caught() {
+    assert_eq!(machines_in("if name == \"Grinder\" {"), ["grinder"]);
+    assert_eq!(machines_in("const EMPS_GAIN: f64 = 1.0;"), ["emps"]);
+    assert_eq!(machines_in("let folder = \"models/grinder\";"), ["grinder"]);
+    assert!(machines_in("/// let folder = root.join(\"models/grinder\");").is_empty());
+    assert!(machines_in("let temps = attempts;").is_empty());
+}
+
+#[test]
+fn exact_no_source_file_is_too_long() {
+    let mut offences = Vec::new();
+    for (file, _, text) in sources() {
+        let lines = text.lines().count();
+        if lines > MOST_LINES {
+            offences.push(format!("src/{file}: {lines} lines"));
+        }
+    }
+    assert_none("files longer than one concern needs", &offences);
+}
+
+/// What stands at the top of the repository: tracked files, or the directory where git does not know it.
+fn top_level() -> Vec<String> {
+    let listed = Command::new("git").args(["ls-files", "-z"]).current_dir(root()).output();
+    let mut names: Vec<String> = match listed {
+        Ok(output) if output.status.success() && !output.stdout.is_empty() => {
+            String::from_utf8_lossy(&output.stdout)
+                .split('\0')
+                .filter_map(|path| path.split('/').next())
+                .map(str::to_owned)
+                .collect()
+        }
+        _ => {
+            let entries = std::fs::read_dir(root()).unwrap();
+            let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
+            names.filter(|name| name != "target").collect()
+        }
+    };
+    names.retain(|name| !name.is_empty());
+    names.sort();
+    names.dedup();
+    names
+}
+
+#[test]
+fn exact_top_level_holds_only_what_it_should() {
+    let allowed = |name: &str| {
+        TOP_LEVEL.contains(&name)
+            || name == "build.rs"
+            || name.starts_with("LICENSE")
+            || name.starts_with('.')
+    };
+    let names = top_level();
+    assert!(names.iter().any(|name| name == "src"), "{names:?}");
+    let offences: Vec<String> = names.into_iter().filter(|name| !allowed(name)).collect();
+    assert_none("at the top of the repository", &offences);
+}
