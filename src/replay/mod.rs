@@ -1,7 +1,15 @@
 //! Replay: strokes and recorded commands through the twin, for a whole run.
 
+mod cell;
+pub mod excitation;
+mod figures;
+pub mod recording;
+mod simulation;
 pub mod stroke;
 
+pub use cell::Cell;
+pub use figures::{Figures, SETTLING_BAND};
+pub use simulation::{PlantChoice, simulate};
 pub use stroke::{Motion, Stroke};
 
 use crate::plant::Plant;
