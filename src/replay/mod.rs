@@ -9,7 +9,7 @@ pub mod stroke;
 
 pub use cell::Cell;
 pub use figures::{Figures, SETTLING_BAND};
-pub use simulation::{PlantChoice, simulate};
+pub use simulation::{PlantChoice, run_seed, simulate};
 pub use stroke::{Motion, Stroke};
 
 use crate::plant::Plant;

@@ -7,6 +7,8 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::{axis::Axis, rapier::Rig};
 use crate::twin::{Sensing, Twin};
+use crate::units::Motion;
+use sha2::{Digest, Sha256};
 
 /// The plant that a simulation runs on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -68,8 +70,8 @@ fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
         Some(_) => {
             let far = reference.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
             let unit = match joint.motion {
-                crate::units::Motion::Prismatic => "m",
-                crate::units::Motion::Revolute => "rad",
+                Motion::Prismatic => "m",
+                Motion::Revolute => "rad",
             };
             Err(Error::new(ErrorKind::OutOfRange)
                 .file(&machine.solid().path)
@@ -79,4 +81,13 @@ fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
                 .remedy("shorten the stroke; it starts at position 0"))
         }
     }
+}
+
+/// The seed of one run's noise: runs differ in it, but it depends on nothing but the run's name and `seed`.
+pub fn run_seed(seed: u64, run: &str) -> u64 {
+    let mut hash = Sha256::new();
+    hash.update(seed.to_le_bytes());
+    hash.update(run);
+    let digest = hash.finalize();
+    digest.iter().take(8).fold(0, |number, byte| number << 8 | u64::from(*byte))
 }
