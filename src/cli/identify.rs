@@ -25,6 +25,8 @@ use super::{Failure, Plant, Screen};
 
 /// Frame of a solid modeller's motion study: the first period at which a machine is identified by default.
 const MODELLER_FRAME_S: f64 = 0.025;
+/// Fit of the one-step prediction from which on residuals are rounding.
+const ROUNDING_FIT_PERCENT: f64 = 99.9999;
 /// Units of velocity in one SI unit, with which a machine's W(z) is told: mm/s, or rad/s.
 const MILLI: f64 = 1000.0;
 
@@ -51,7 +53,7 @@ pub(super) struct Identify {
     run: Option<String>,
     /// Period in s to identify at, several one after the other [default: for a machine 0.025 and the
     /// controller's, for a recording its own]
-    #[arg(long = "period", value_name = "S")]
+    #[arg(long = "period", value_name = "S", allow_negative_numbers = true)]
     periods: Vec<f64>,
     /// Coefficients of A(z) behind the leading 1
     #[arg(long, default_value_t = 1)]
@@ -127,7 +129,7 @@ impl Identify {
         let out = &mut screen.out;
         writeln!(out, "{}: {output} from {input}, {} runs", recording.path.display(), runs.len())?;
         for period_s in periods {
-            let factor = decimation::factor(own, period_s).map_err(|error| error.key("--period"))?;
+            let factor = decimation::factor(own, period_s)?;
             let mut pairs = Vec::with_capacity(runs.len());
             for run in &runs {
                 pairs.push(decimation::decimate(samples(run, input)?, samples(run, output)?, factor));
@@ -219,7 +221,9 @@ fn write_model(out: &mut dyn Write, model: &ArxModel) -> Result<(), Failure> {
         model.condition,
         model.degrees_of_freedom
     )?;
-    if !model.whiteness.is_white() {
+    // Without noise the residuals are rounding, which is never white and never matters.
+    let is_rounding = model.one_step_fit_percent.is_some_and(|fit| fit > ROUNDING_FIT_PERCENT);
+    if !model.whiteness.is_white() && !is_rounding {
         writeln!(out, "  residuals are not white: the intervals are too narrow, the model lacks something")?;
     }
     Ok(())
@@ -232,7 +236,11 @@ fn estimate_row(table: &mut Table, name: String, estimate: &Estimate) {
 
 /// Six significant digits.
 fn digits(value: f64) -> String {
-    format!("{value:.5e}").parse::<f64>().unwrap_or(value).to_string()
+    let scientific = format!("{value:.5e}");
+    if value != 0.0 && value.abs() < 1e-3 {
+        return scientific;
+    }
+    scientific.parse::<f64>().unwrap_or(value).to_string()
 }
 
 fn write_first_order(

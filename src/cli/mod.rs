@@ -64,7 +64,8 @@ impl From<io::Error> for Failure {
 
 /// Where a command writes its tables, and whether it may show how far it is.
 pub struct Screen {
-    out: Box<dyn Write>,
+    /// Shown when the command has come to its end: a refusal stands alone.
+    out: Vec<u8>,
     quiet: bool,
 }
 
@@ -85,10 +86,15 @@ impl Screen {
 /// Runs a command to its exit code; what went wrong is told on standard error.
 pub fn run(arguments: &Arguments) -> ExitCode {
     let quiet = arguments.quiet;
-    let out: Box<dyn Write> = if quiet { Box::new(io::sink()) } else { Box::new(io::stdout().lock()) };
-    let mut screen = Screen { out: Box::new(io::BufWriter::new(out)), quiet };
-    let ended = dispatch(&arguments.command, &mut screen)
-        .and_then(|code| screen.out.flush().map(|()| code).map_err(Failure::from));
+    let mut screen = Screen { out: Vec::new(), quiet };
+    let ended = dispatch(&arguments.command, &mut screen).and_then(|code| {
+        if !quiet {
+            let mut stdout = io::stdout().lock();
+            stdout.write_all(&screen.out)?;
+            stdout.flush()?;
+        }
+        Ok(code)
+    });
     match ended {
         Ok(code) => code,
         // The reader of a pipe has seen enough: `slideway inspect … | head`.

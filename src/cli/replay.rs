@@ -1,5 +1,6 @@
 //! `slideway replay`: strokes through a machine's twin, written as a recording.
 
+use std::io::Write as _;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -61,10 +62,10 @@ pub(super) struct Replay {
     #[arg(long = "return")]
     back: bool,
     /// Standstill before the first stroke, in s
-    #[arg(long, value_name = "S", default_value = "0.1", value_parser = standstill)]
+    #[arg(long, value_name = "S", default_value = "0.1", allow_negative_numbers = true, value_parser = standstill)]
     lead: f64,
     /// Standstill after each stroke, in s
-    #[arg(long, value_name = "S", default_value = "0.6", value_parser = standstill)]
+    #[arg(long, value_name = "S", default_value = "0.6", allow_negative_numbers = true, value_parser = standstill)]
     dwell: f64,
     /// Runs of every cell, each with noise of its own
     #[arg(long, value_name = "N", default_value = "1")]

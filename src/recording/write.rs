@@ -174,7 +174,7 @@ fn check_place(folder: &Path, existing: Existing) -> Result<()> {
         );
     }
     if existing == Existing::Refuse {
-        return refuse("a recording".to_owned(), "name another folder, or ask to replace it");
+        return refuse("a recording".to_owned(), "name another folder, or ask to replace it (--replace)");
     }
     let own = own_files(folder)?;
     match names.iter().find(|name| !own.contains(name)) {

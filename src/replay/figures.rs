@@ -5,11 +5,15 @@ use super::{Motion, Traces};
 /// Band around the end of a stroke inside which the axis counts as settled, as a fraction of the stroke.
 pub const SETTLING_BAND: f64 = 0.02;
 
+/// Window of the running mean of velocity, in s: short beside every motion, long beside the noise.
+pub const VELOCITY_WINDOW_S: f64 = 2e-3;
+
 /// Figures of one run; of several strokes the worst counts.
 ///
 /// # Model
 /// Position and velocity of each stroke are divided by the signed stroke and feed, so that a return stroke counts
-/// like one forth. Overshoot = max(position) − 1, not below 0; settling = time from the end of the reference's
+/// like one forth. Velocity is averaged over [`VELOCITY_WINDOW_S`] around each sample, which takes the sensor's
+/// noise out of its peaks. Overshoot = max(position) − 1, not below 0; settling = time from the end of the reference's
 /// motion until position stays within 1 ± [`SETTLING_BAND`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Figures {
@@ -39,6 +43,7 @@ impl Figures {
             peak_effort_v: magnitude(&traces.effort_v),
             settling_s: Some(0.0),
         };
+        let velocity = running_mean(&traces.velocity, (0.5 * VELOCITY_WINDOW_S / period_s).round() as usize);
         let (mut start, counts) = motion.samples(period_s);
         let mut from = 0.0;
         for (stroke, count) in motion.strokes.iter().zip(counts) {
@@ -48,7 +53,7 @@ impl Figures {
             let mut last_outside = None;
             for k in start.min(end)..end {
                 let travelled = (traces.position[k] - from) / stroke.stroke;
-                let speed = traces.velocity[k] / feed;
+                let speed = velocity[k] / feed;
                 figures.overshoot = figures.overshoot.max(travelled - 1.0);
                 figures.peak_velocity = figures.peak_velocity.max(speed - 1.0);
                 figures.most_negative_velocity = figures.most_negative_velocity.min(speed);
@@ -65,4 +70,10 @@ impl Figures {
         }
         figures
     }
+}
+
+/// Mean over `reach` samples to each side, fewer at the ends.
+fn running_mean(samples: &[f64], reach: usize) -> Vec<f64> {
+    let window = |k: usize| &samples[k.saturating_sub(reach)..(k + reach + 1).min(samples.len())];
+    (0..samples.len()).map(|k| window(k).iter().sum::<f64>() / window(k).len() as f64).collect()
 }

@@ -3,6 +3,7 @@
 mod machine;
 mod recording;
 
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
