@@ -5,6 +5,7 @@
 
 pub mod arx;
 mod check;
+pub mod decimation;
 pub mod excitation;
 pub mod first_order;
 pub mod frequency_response;

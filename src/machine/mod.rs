@@ -86,10 +86,7 @@ impl Machine {
 
     fn with_table(&self, table: toml::Table) -> Result<Self> {
         let description: Description = table.clone().try_into().map_err(|e: toml::de::Error| {
-            Error::new(ErrorKind::UnknownKey)
-                .file(&self.file)
-                .found(e.message().to_string())
-                .expected("settings that the machine file could state")
+            key_path::explained(Error::new(ErrorKind::UnknownKey).file(&self.file), e.message())
                 .remedy("write the key path as in machine.toml, for instance controller.integral=22")
         })?;
         description.check().map_err(|e| e.file(&self.file))?;

@@ -17,7 +17,7 @@ pub(super) const FILE_NAME: &str = "recording.toml";
 pub(super) const DATA_VARIABLE: &str = "SLIDEWAY_DATA";
 
 const KEYS: [&str; 7] = ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
-const RUN_KEYS: [&str; 5] = ["file", "name", "role", "set", "columns"];
+const RUN_KEYS: [&str; 6] = ["file", "name", "role", "set", "columns", "extra_columns"];
 
 /// One `[[run]]`.
 #[derive(Debug)]
@@ -29,6 +29,7 @@ pub(super) struct RunEntry {
     pub(super) settings: BTreeMap<String, toml::Value>,
     pub(super) metadata: toml::Table,
     pub(super) columns: ColumnMap,
+    pub(super) extra_columns: Vec<String>,
 }
 
 /// A read and checked `recording.toml`; paths are resolved.
@@ -176,7 +177,16 @@ fn read_run(
     let columns = common.overridden_by(ColumnMap::read(document, &at("columns"))?);
     let metadata = table.iter().filter(|(key, _)| !RUN_KEYS.contains(&key.as_str()));
     let metadata = metadata.map(|(key, value)| (key.clone(), value.clone())).collect();
-    Ok(RunEntry { index, name, file: path, role, settings, metadata, columns })
+    let extra_columns = read_extra_columns(document, &at("extra_columns"), table)?;
+    Ok(RunEntry { index, name, file: path, role, settings, metadata, columns, extra_columns })
+}
+
+fn read_extra_columns(document: &Document, steps: &[Step<'_>], table: &toml::Table) -> Result<Vec<String>> {
+    let Some(value) = table.get("extra_columns") else { return Ok(Vec::new()) };
+    let names = value.as_array().and_then(|list| {
+        list.iter().map(|name| name.as_str().map(str::to_owned)).collect::<Option<Vec<String>>>()
+    });
+    names.ok_or_else(|| document.wrong_type(steps, value, "a list of column names in quotes"))
 }
 
 /// `controller.integral = 22` and `"controller.integral" = 22` are the same key path.

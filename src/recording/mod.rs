@@ -13,6 +13,7 @@
 //! name = "slow stroke"                   # optional; otherwise the file name without its ending
 //! role = "held_out"                      # or "training"; optional
 //! set = { "controller.integral" = 22 }   # machine settings in force in this run, by key path
+//! extra_columns = ["slider_a_n"]         # columns kept beside the signals, as they stand in the file
 //! stroke_m = 0.02                        # further keys are metadata
 //!
 //! [columns]                              # only where a name or a unit differs; a [[run]] may have its own

@@ -127,6 +127,7 @@ fn motion(manifest: &Manifest, readings: &[Reading]) -> Result<Motion> {
 struct Reading {
     motion: Option<Motion>,
     signals: BTreeMap<Signal, Vec<f64>>,
+    extra_columns: BTreeMap<String, Vec<f64>>,
     timing: Timing,
     start_s: f64,
     sha256: String,
@@ -137,13 +138,16 @@ struct Reading {
 impl Reading {
     fn new(manifest: &Manifest, entry: &RunEntry) -> Result<Self> {
         let table = Table::open(&entry.file)?;
-        let resolved = resolve(&entry.columns, table.names())?;
+        let resolved = resolve(&entry.columns, table.names(), &entry.extra_columns)?;
         if resolved.time.is_none() && manifest.sample_period_s.is_none() {
             return Err(no_time(table.names()));
         }
-        let sources = resolved.signals.values().map(|(_, source)| source).chain(resolved.time.as_ref());
-        let place = |column: &str| table.names().iter().position(|name| name == column);
-        let places: Vec<usize> = sources.filter_map(|source| place(&source.column)).collect();
+        // Signals, extra columns, then time: taken apart in the same order below.
+        let wanted = (resolved.signals.values().map(|(_, source)| &source.column))
+            .chain(&entry.extra_columns)
+            .chain(resolved.time.as_ref().map(|source| &source.column));
+        let place = |column: &String| table.names().iter().position(|name| name == column);
+        let places: Vec<usize> = wanted.filter_map(place).collect();
         if resolved.signals.is_empty() {
             return Err(no_signals(table.names()));
         }
@@ -161,6 +165,8 @@ impl Reading {
                     .map_err(|error| error.key(source.column.clone()))?,
             );
         }
+        let extra = columns.values.split_off(resolved.signals.len());
+        let extra_columns = entry.extra_columns.iter().cloned().zip(extra).collect();
         let mut signals = BTreeMap::new();
         for ((signal, (key, source)), mut samples) in resolved.signals.iter().zip(columns.values) {
             source.convert(&mut samples);
@@ -172,6 +178,7 @@ impl Reading {
         Ok(Self {
             motion: resolved.motion,
             signals,
+            extra_columns,
             timing: timing.unwrap_or_else(|| Timing::declared(manifest.sample_period_s.unwrap_or_default())),
             start_s,
             sha256: columns.sha256,
@@ -182,7 +189,8 @@ impl Reading {
 
     fn into_run(self, entry: &RunEntry, motion: Motion) -> Result<Run> {
         let mut run =
-            Run::of_file(entry.name.clone(), motion, self.timing.sample_period_s, self.signals, self.sha256)?;
+            Run::of_file(entry.name.clone(), motion, self.timing.sample_period_s, self.signals, self.sha256)?
+                .with_extra_columns(self.extra_columns)?;
         run.role = entry.role;
         run.start_s = self.start_s;
         run.metadata.clone_from(&entry.metadata);

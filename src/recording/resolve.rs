@@ -17,11 +17,11 @@ pub(super) struct Resolved {
     pub(super) ignored: Vec<String>,
 }
 
-/// Finds the columns of a file that hold signals.
+/// Finds the columns of a file that hold signals, and makes sure of the extra ones.
 ///
 /// # Errors
-/// A mapped column that is not there or there twice, one column for two signals, keys of both motions.
-pub(super) fn resolve(map: &ColumnMap, names: &[String]) -> Result<Resolved> {
+/// A mapped or extra column that is not there or there twice, one column for two signals, keys of both motions.
+pub(super) fn resolve(map: &ColumnMap, names: &[String], extra: &[String]) -> Result<Resolved> {
     let mut wanted: BTreeMap<String, Source> = map.signals.clone();
     for name in names {
         if let Some((signal, motion)) = Signal::from_key(name) {
@@ -34,14 +34,17 @@ pub(super) fn resolve(map: &ColumnMap, names: &[String]) -> Result<Resolved> {
     let time = map.time.clone().or(canonical_time);
     let motion = one_motion(wanted.keys())?;
     let mut used: BTreeMap<String, &str> = BTreeMap::new();
-    for (key, source) in
-        time.iter().map(|source| (TIME_KEY, source)).chain(wanted.iter().map(|(k, s)| (k.as_str(), s)))
+    for (key, column) in time
+        .iter()
+        .map(|source| (TIME_KEY, &source.column))
+        .chain(wanted.iter().map(|(key, source)| (key.as_str(), &source.column)))
+        .chain(extra.iter().map(|column| ("extra_columns", column)))
     {
-        check_present(key, &source.column, names)?;
-        if let Some(other) = used.insert(source.column.clone(), key) {
+        check_present(key, column, names)?;
+        if let Some(other) = used.insert(column.clone(), key) {
             return Err(Error::new(ErrorKind::Inconsistent)
                 .key(key)
-                .found(format!("column `{}`, which `{other}` reads too", source.column))
+                .found(format!("column `{column}`, which `{other}` reads too"))
                 .expected("one column for each signal")
                 .remedy("correct [columns], or leave out the signal that was not logged"));
         }

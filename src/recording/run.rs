@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
-use super::signal::Signal;
+use super::signal::{Signal, TIME_KEY};
 use super::timing::Timing;
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::Motion;
@@ -52,6 +52,7 @@ pub struct Run {
     motion: Motion,
     sample_period_s: f64,
     signals: Arc<BTreeMap<Signal, Vec<f64>>>,
+    extra_columns: Arc<BTreeMap<String, Vec<f64>>>,
     /// What it may be used for, where that was declared.
     pub role: Option<Role>,
     /// Time of the first sample.
@@ -109,6 +110,7 @@ impl Run {
             motion,
             sample_period_s,
             signals: Arc::new(signals),
+            extra_columns: Arc::default(),
             role: None,
             start_s: 0.0,
             metadata: toml::Table::new(),
@@ -118,6 +120,24 @@ impl Run {
             timing: Timing::declared(sample_period_s),
             ignored_columns: Vec::new(),
         })
+    }
+
+    /// The run with columns that no signal of the list stands for, slider loads say; they replace earlier ones.
+    ///
+    /// # Errors
+    /// A name that is empty, padded, quoted or that of a signal; another length than the signals'; NaN or infinity.
+    pub fn with_extra_columns(mut self, extra_columns: BTreeMap<String, Vec<f64>>) -> Result<Self> {
+        for (name, samples) in &extra_columns {
+            check_extra_name(name)?;
+            check_samples(name, samples, self.len())?;
+        }
+        self.extra_columns = Arc::new(extra_columns);
+        Ok(self)
+    }
+
+    /// Columns kept beside the signals, by name; the name should end in the unit.
+    pub fn extra_columns(&self) -> &BTreeMap<String, Vec<f64>> {
+        &self.extra_columns
     }
 
     /// The name, unique within its recording.
@@ -207,23 +227,41 @@ fn check_signals(signals: &BTreeMap<Signal, Vec<f64>>, motion: Motion) -> Result
             .remedy("take the run out of the recording"));
     }
     for (signal, samples) in signals {
-        let key = signal.key(motion);
-        if samples.len() != length {
-            return Err(Error::new(ErrorKind::Inconsistent)
-                .key(key)
-                .found(format!("{} samples where other signals have {length}", samples.len()))
-                .expected("signals of one length")
-                .remedy("cut all signals to the same samples"));
-        }
-        if let Some(at) = samples.iter().position(|sample| !sample.is_finite()) {
-            return Err(Error::new(ErrorKind::NotFinite)
-                .key(key)
-                .found(format!("{} at sample {at}", samples[at]))
-                .expected("a finite number")
-                .remedy("the simulation or conversion that made this run went wrong"));
-        }
+        check_samples(signal.key(motion), samples, length)?;
     }
     Ok(())
+}
+
+fn check_samples(key: &str, samples: &[f64], length: usize) -> Result<()> {
+    if samples.len() != length {
+        return Err(Error::new(ErrorKind::Inconsistent)
+            .key(key)
+            .found(format!("{} samples where other signals have {length}", samples.len()))
+            .expected("signals of one length")
+            .remedy("cut all signals to the same samples"));
+    }
+    match samples.iter().position(|sample| !sample.is_finite()) {
+        None => Ok(()),
+        Some(at) => Err(Error::new(ErrorKind::NotFinite)
+            .key(key)
+            .found(format!("{} at sample {at}", samples[at]))
+            .expected("a finite number")
+            .remedy("the simulation or conversion that made this run went wrong")),
+    }
+}
+
+/// Names that a header line holds without quotes, and that mean nothing else.
+fn check_extra_name(name: &str) -> Result<()> {
+    let plain = |letter: char| !letter.is_control() && !",;\"#".contains(letter);
+    let is_taken = name == TIME_KEY || Signal::from_key(name).is_some();
+    if !name.is_empty() && name.trim() == name && name.chars().all(plain) && !is_taken {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::OutOfRange)
+        .key("extra_columns")
+        .found(format!("{name:?}"))
+        .expected("a column name without separators or quotes that is not the name of a signal")
+        .remedy("rename the column; signals are read without being listed there"))
 }
 
 fn samples_sha256(sample_period_s: f64, signals: &BTreeMap<Signal, Vec<f64>>, motion: Motion) -> String {

@@ -102,6 +102,10 @@ fn run_table(run: &Run, format: Format) -> toml::Table {
     if let Some(role) = run.role {
         table.insert("role".into(), role.text().into());
     }
+    if !run.extra_columns().is_empty() {
+        let names: Vec<toml::Value> = run.extra_columns().keys().map(|name| name.as_str().into()).collect();
+        table.insert("extra_columns".into(), names.into());
+    }
     if !run.settings.is_empty() {
         let settings: toml::Table = run.settings.clone().into_iter().collect();
         table.insert("set".into(), settings.into());
@@ -109,22 +113,18 @@ fn run_table(run: &Run, format: Format) -> toml::Table {
     table
 }
 
-/// Columns of a run as they are written: time first, then signal-path order.
+/// Columns of a run as they are written: time first, then signals in signal-path order, then the extra ones.
 fn write_run(run: &Run, path: &Path, format: Format) -> Result<()> {
-    let time = (0..run.len()).map(|k| run.start_s + k as f64 * run.sample_period_s()).collect();
+    let time: Vec<f64> = (0..run.len()).map(|k| run.start_s + k as f64 * run.sample_period_s()).collect();
+    let signals = run.signals().iter().map(|(signal, samples)| (signal.key(run.motion()), samples));
+    let extra = run.extra_columns().iter().map(|(name, samples)| (name.as_str(), samples));
+    let columns = [(TIME_KEY, &time)].into_iter().chain(signals).chain(extra);
     match format {
         Format::Parquet => {
-            let mut columns: Vec<(&str, Vec<f64>)> = vec![(TIME_KEY, time)];
-            for (signal, samples) in run.signals() {
-                columns.push((signal.key(run.motion()), samples.clone()));
-            }
-            parquet_table::write(path, columns)
+            parquet_table::write(path, columns.map(|(name, samples)| (name, samples.clone())).collect())
         }
         Format::Csv => {
-            let mut columns: Vec<(&str, &[f64])> = vec![(TIME_KEY, &time)];
-            for (signal, samples) in run.signals() {
-                columns.push((signal.key(run.motion()), samples));
-            }
+            let columns: Vec<(&str, &[f64])> = columns.map(|(name, samples)| (name, &samples[..])).collect();
             write_csv(path, &columns).map_err(|error| Error::io(path, &error))
         }
     }
@@ -174,7 +174,7 @@ fn check_place(folder: &Path, existing: Existing) -> Result<()> {
         );
     }
     if existing == Existing::Refuse {
-        return refuse("a recording".to_owned(), "name another folder, or ask to replace it");
+        return refuse("a recording".to_owned(), "name another folder, or ask to replace it (--replace)");
     }
     let own = own_files(folder)?;
     match names.iter().find(|name| !own.contains(name)) {

@@ -1,9 +1,17 @@
 //! Replay: strokes and recorded commands through the twin, for a whole run.
 
+mod cell;
+pub mod excitation;
+mod figures;
 pub mod recorded;
+pub mod recording;
+mod simulation;
 pub mod stroke;
 
+pub use cell::Cell;
+pub use figures::{Figures, SETTLING_BAND};
 pub use recorded::Recorded;
+pub use simulation::{PlantChoice, run_seed, simulate};
 pub use stroke::{Motion, Stroke};
 
 use crate::plant::Plant;

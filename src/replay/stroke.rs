@@ -91,13 +91,19 @@ pub struct Motion {
 }
 
 impl Motion {
+    /// Samples of the standstill before the first stroke, then of each stroke with its dwell.
+    pub fn samples(&self, period_s: f64) -> (usize, Vec<usize>) {
+        let count = |duration: f64| (duration / period_s).round() as usize;
+        let of_stroke = |stroke: &Stroke| count(stroke.duration_s(self.ramp_s) + self.dwell_s);
+        (count(self.lead_s), self.strokes.iter().map(of_stroke).collect())
+    }
+
     /// The position reference, sampled.
     pub fn reference(&self, period_s: f64) -> Vec<f64> {
-        let count = |duration: f64| (duration / period_s).round() as usize;
-        let mut reference = vec![0.0; count(self.lead_s)];
+        let (lead, counts) = self.samples(period_s);
+        let mut reference = vec![0.0; lead];
         let mut from = 0.0;
-        for stroke in &self.strokes {
-            let samples = count(stroke.duration_s(self.ramp_s) + self.dwell_s);
+        for (stroke, samples) in self.strokes.iter().zip(counts) {
             reference.extend(
                 (0..samples).map(|k| from + stroke.position((k as f64 + 1.0) * period_s, self.ramp_s)),
             );

@@ -1,0 +1,301 @@
+//! `slideway identify`: ARX models, from a machine's solid model or from a recording.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Args;
+use slideway::drive::motor::Motor;
+use slideway::drive::printed::{self, Variant};
+use slideway::error::{Error, ErrorKind};
+use slideway::identify::arx::{ArxModel, Orders, arx_runs};
+use slideway::identify::decimation;
+use slideway::identify::excitation::{NotExcited, Outcome};
+use slideway::identify::first_order::FirstOrder;
+use slideway::identify::least_squares::Estimate;
+use slideway::identify::transfer::TransferFunction;
+use slideway::machine::Machine;
+use slideway::recording::{Recording, Run, Signal};
+use slideway::replay::PlantChoice;
+use slideway::replay::excitation::Excitation;
+use slideway::units::Motion;
+
+use super::table::Table;
+use super::{Failure, Plant, Screen};
+
+/// Frame of a solid modeller's motion study: the first period at which a machine is identified by default.
+const MODELLER_FRAME_S: f64 = 0.025;
+/// Fit of the one-step prediction from which on residuals are rounding.
+const ROUNDING_FIT_PERCENT: f64 = 99.9999;
+/// Units of velocity in one SI unit, with which a machine's W(z) is told: mm/s, or rad/s.
+const MILLI: f64 = 1000.0;
+
+/// Either a machine's moving part alone (force in, velocity out, on its viscous guide, simulated), or two
+/// signals of a recording.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  slideway identify --machine models/grinder\n  \
+                        slideway identify recordings/friction --input thrust_n --output velocity_m_per_s --period 0.025")]
+pub(super) struct Identify {
+    /// Recording: a folder with recording.toml, or such a file
+    #[arg(required_unless_present = "machine", conflicts_with = "machine", requires_all = ["input", "output"])]
+    recording: Option<PathBuf>,
+    /// Machine folder: excite its moving part in simulation and identify that
+    #[arg(long, value_name = "DIR")]
+    machine: Option<PathBuf>,
+    /// Input signal, by its column name: thrust_n for instance
+    #[arg(long, value_name = "SIGNAL", conflicts_with = "machine")]
+    input: Option<String>,
+    /// Output signal, by its column name: velocity_m_per_s for instance
+    #[arg(long, value_name = "SIGNAL", conflicts_with = "machine")]
+    output: Option<String>,
+    /// Run of the recording; otherwise all runs together
+    #[arg(long, value_name = "NAME", conflicts_with = "machine")]
+    run: Option<String>,
+    /// Period in s to identify at, several one after the other [default: for a machine 0.025 and the
+    /// controller's, for a recording its own]
+    #[arg(long = "period", value_name = "S", allow_negative_numbers = true)]
+    periods: Vec<f64>,
+    /// Coefficients of A(z) behind the leading 1
+    #[arg(long, default_value_t = 1)]
+    na: usize,
+    /// Coefficients of B(z)
+    #[arg(long, default_value_t = 1)]
+    nb: usize,
+    /// Samples by which the input precedes its first effect
+    #[arg(long, default_value_t = 1)]
+    delay: usize,
+    /// Plant to excite
+    #[arg(long, value_enum, default_value = "rapier")]
+    plant: Plant,
+    /// Number of force levels in the excitation
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    samples: u32,
+    /// Seed of the excitation
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+impl Identify {
+    /// Identifies and prints.
+    pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        match (&self.machine, &self.recording) {
+            (Some(machine), _) => self.of_machine(&Machine::read(machine)?, screen)?,
+            (None, Some(recording)) => self.of_recording(&Recording::read(recording)?, screen)?,
+            (None, None) => {}
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn orders(&self) -> Orders {
+        Orders { na: self.na, nb: self.nb, delay: self.delay }
+    }
+
+    fn of_machine(&self, machine: &Machine, screen: &mut Screen) -> Result<(), Failure> {
+        let own = machine.description().sample_period_s;
+        let periods =
+            if self.periods.is_empty() { vec![MODELLER_FRAME_S, own] } else { self.periods.clone() };
+        let plant = PlantChoice::from(self.plant);
+        let (scale, unit) = match machine.motion() {
+            Motion::Prismatic => (MILLI, "mm/s per N"),
+            Motion::Revolute => (1.0, "rad/s per N·m"),
+        };
+        let out = &mut screen.out;
+        writeln!(out, "{}: moving part alone on the {plant}", machine.description().name)?;
+        writeln!(out, "{} random force levels, viscous guide, base rigid; W(z) in {unit}", self.samples)?;
+        let mut models = Vec::new();
+        for period_s in periods {
+            let excitation = Excitation { period_s, samples: self.samples as usize, seed: self.seed };
+            let excited = excitation.run(machine, plant)?;
+            let velocity: Vec<f64> = excited.velocity.iter().map(|v| scale * v).collect();
+            let outcome = arx_runs(&[(&excited.force, &velocity)], period_s, self.orders())?;
+            let model = identified(outcome)?;
+            writeln!(out, "\nW(z) at {}", period_text(period_s))?;
+            write_model(out, &model)?;
+            write_first_order(out, &model, scale, machine.motion())?;
+            models.push(model);
+        }
+        write_printed(out, machine, &models)
+    }
+
+    fn of_recording(&self, recording: &Recording, screen: &mut Screen) -> Result<(), Failure> {
+        let runs: Vec<&Run> = match &self.run {
+            None => recording.runs().iter().collect(),
+            Some(name) => vec![recording.run(name).ok_or_else(|| no_run(recording, name))?],
+        };
+        let input = self.input.as_deref().unwrap_or_default();
+        let output = self.output.as_deref().unwrap_or_default();
+        let own = recording.sample_period_s();
+        let periods = if self.periods.is_empty() { vec![own] } else { self.periods.clone() };
+        let out = &mut screen.out;
+        writeln!(out, "{}: {output} from {input}, {} runs", recording.path.display(), runs.len())?;
+        for period_s in periods {
+            let factor = decimation::factor(own, period_s)?;
+            let mut pairs = Vec::with_capacity(runs.len());
+            for run in &runs {
+                pairs.push(decimation::decimate(samples(run, input)?, samples(run, output)?, factor));
+            }
+            let pairs: Vec<(&[f64], &[f64])> = pairs.iter().map(|(u, y)| (&u[..], &y[..])).collect();
+            let model = identified(arx_runs(&pairs, period_s, self.orders())?)
+                .map_err(|error| error.file(&recording.path))?;
+            writeln!(out, "\nG(z) at {}", period_text(period_s))?;
+            write_model(out, &model)?;
+            let signals = [input, output].map(|key| Signal::from_key(key).map(|(signal, _)| signal));
+            if signals == [Some(Signal::Thrust), Some(Signal::Velocity)] {
+                write_first_order(out, &model, 1.0, recording.motion())?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn no_run(recording: &Recording, name: &str) -> Error {
+    let names: Vec<&str> = recording.runs().iter().map(Run::name).collect();
+    Error::new(ErrorKind::Missing)
+        .file(&recording.path)
+        .key("--run")
+        .found(format!("`{name}`"))
+        .expected(format!("one of {}", names.join(", ")))
+        .remedy("name a run of the recording, or leave --run out for all")
+}
+
+/// A signal by its canonical name, or an extra column.
+fn samples<'a>(run: &'a Run, key: &str) -> Result<&'a [f64], Error> {
+    if let Some(samples) = run.extra_columns().get(key) {
+        return Ok(samples);
+    }
+    match Signal::from_key(key) {
+        Some((signal, motion)) if motion.is_none_or(|motion| motion == run.motion()) => run.require(signal),
+        _ => {
+            let there = run.signals().keys().map(|signal| signal.key(run.motion()));
+            let there: Vec<&str> = there.chain(run.extra_columns().keys().map(String::as_str)).collect();
+            Err(Error::new(ErrorKind::Missing)
+                .file(&run.file)
+                .key(key)
+                .found("a name that is not a signal of this run")
+                .expected(format!("one of {}", there.join(", ")))
+                .remedy("name signals as recording.toml does, with the unit in the name"))
+        }
+    }
+}
+
+/// The model, or the reason why there is none as a refusal.
+fn identified(outcome: Outcome<ArxModel>) -> Result<ArxModel, Error> {
+    match outcome {
+        Outcome::Identified(model) => Ok(model),
+        Outcome::NotExcited(NotExcited { condition, weak_direction, remedy }) => {
+            let direction: Vec<String> =
+                weak_direction.iter().map(|(name, share)| format!("{share:+.2} {name}")).collect();
+            Err(Error::new(ErrorKind::Undetermined)
+                .key("input")
+                .found(format!(
+                    "data that do not excite the model (condition {condition:.1e}): {} does not move",
+                    direction.join(" ")
+                ))
+                .expected("an input that keeps changing")
+                .remedy(remedy))
+        }
+    }
+}
+
+fn period_text(period_s: f64) -> String {
+    let (value, unit) = if period_s < 1e-3 { (period_s * 1e6, "µs") } else { (period_s * 1e3, "ms") };
+    format!("{} {unit}", (value * 1e6).round() / 1e6)
+}
+
+fn write_model(out: &mut dyn Write, model: &ArxModel) -> Result<(), Failure> {
+    writeln!(out, "  {}", model.transfer)?;
+    let mut table = Table::new(["coefficient", "value", "95 % from", "to"]);
+    let a = model.a.iter().enumerate().map(|(i, a)| (format!("a{}  (z^-{})", i + 1, i + 1), a));
+    let delay = model.orders.delay;
+    let b = model.b.iter().enumerate().map(|(j, b)| (format!("b{j}  (z^-{})", delay + j), b));
+    for (name, estimate) in a.chain(b) {
+        estimate_row(&mut table, name, estimate);
+    }
+    table.write(out)?;
+    let percent = |fit: Option<f64>| fit.map_or("-".to_owned(), |fit| format!("{fit:.3} %"));
+    writeln!(
+        out,
+        "  fit: one step {}, free run {}; condition {:.3}; {} degrees of freedom",
+        percent(model.one_step_fit_percent),
+        percent(model.free_run_fit_percent),
+        model.condition,
+        model.degrees_of_freedom
+    )?;
+    // Without noise the residuals are rounding, which is never white and never matters.
+    let is_rounding = model.one_step_fit_percent.is_some_and(|fit| fit > ROUNDING_FIT_PERCENT);
+    if !model.whiteness.is_white() && !is_rounding {
+        writeln!(out, "  residuals are not white: the intervals are too narrow, the model lacks something")?;
+    }
+    Ok(())
+}
+
+fn estimate_row(table: &mut Table, name: String, estimate: &Estimate) {
+    let [from, to] = estimate.ci95;
+    table.row([name, digits(estimate.value), digits(from), digits(to)]);
+}
+
+/// Six significant digits.
+fn digits(value: f64) -> String {
+    let scientific = format!("{value:.5e}");
+    if value != 0.0 && value.abs() < 1e-3 {
+        return scientific;
+    }
+    scientific.parse::<f64>().unwrap_or(value).to_string()
+}
+
+fn write_first_order(
+    out: &mut dyn Write,
+    model: &ArxModel,
+    output_units_per_si: f64,
+    motion: Motion,
+) -> Result<(), Failure> {
+    if (model.a.len(), model.b.len()) != (1, 1) {
+        return Ok(());
+    }
+    let lag = match FirstOrder::of(model, output_units_per_si) {
+        Ok(lag) => lag,
+        Err(error) => {
+            writeln!(out, "  not read as inertia with viscous drag: {}", error.statement())?;
+            return Ok(());
+        }
+    };
+    let (mass, drag) = match motion {
+        Motion::Prismatic => ("moving mass, kg", "viscous coefficient, N·s/m"),
+        Motion::Revolute => ("inertia, kg·m²", "viscous coefficient, N·m·s/rad"),
+    };
+    let mut table = Table::new(["read as inertia with viscous drag", "value", "95 % from", "to"]);
+    estimate_row(&mut table, mass.to_owned(), &lag.inertia);
+    estimate_row(&mut table, drag.to_owned(), &lag.viscous_coefficient);
+    estimate_row(&mut table, "decay rate, 1/s".to_owned(), &lag.decay_rate_per_s);
+    table.write(out)?;
+    Ok(())
+}
+
+/// L(z) and P*(z) = W(z)·L(z) of a winding, in both forms.
+fn write_printed(out: &mut dyn Write, machine: &Machine, models: &[ArxModel]) -> Result<(), Failure> {
+    let Motor::Winding(winding) = &machine.description().motor else { return Ok(()) };
+    let period_s = machine.description().sample_period_s;
+    let electrical = (winding.resistance_ohm, winding.inductance_h, winding.force_constant_n_per_a);
+    writeln!(out, "\nMotor L(z) from V to N and P*(z) = W(z)·L(z), L at {}", period_text(period_s))?;
+    writeln!(out, "  W(z) enters with its coefficients as identified, whatever period they belong to")?;
+    let mut table = Table::new(["", "as printed (sign of R·T)", "corrected"]).left(3);
+    let both = |form: &dyn Fn(Variant) -> Result<TransferFunction, Error>| -> Result<[String; 2], Error> {
+        let text = |function: TransferFunction| {
+            let stability = if function.is_stable() { "" } else { "  unstable" };
+            format!("{function:.4}{stability}")
+        };
+        Ok([text(form(Variant::AsPrinted)?), text(form(Variant::Corrected)?)])
+    };
+    let (r, l, kt) = electrical;
+    let [printed, corrected] = both(&|variant| printed::motor(variant, r, l, kt, period_s))?;
+    table.row(["L(z)".to_owned(), printed, corrected]);
+    for model in models {
+        let w = &model.transfer;
+        let own_period = w.sample_period_s();
+        let w = TransferFunction::new(w.numerator().to_vec(), w.denominator().to_vec(), period_s)?;
+        let [printed, corrected] = both(&|variant| printed::plant(variant, &w, r, l, kt))?;
+        table.row([format!("P*(z), W at {}", period_text(own_period)), printed, corrected]);
+    }
+    table.write(out)?;
+    Ok(())
+}

@@ -1,0 +1,63 @@
+//! `slideway inspect`: what is in a recording or a machine.
+
+mod machine;
+mod recording;
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use slideway::error::{Error, ErrorKind};
+use slideway::machine::Machine;
+use slideway::recording::Recording;
+
+use super::{Failure, Screen};
+
+/// Reads everything, so that whatever is wrong with it is told; with --quiet that is all it does.
+#[derive(Debug, Args)]
+pub(super) struct Inspect {
+    /// Recording or machine: a folder with recording.toml or machine.toml, or such a file
+    #[arg(value_name = "RECORDING|MACHINE")]
+    path: PathBuf,
+}
+
+impl Inspect {
+    /// Reads and shows; a folder that is both is shown as both.
+    pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        let (is_machine, is_recording) = kinds(&self.path)?;
+        if is_machine {
+            machine::show(&Machine::read(&self.path)?, &mut screen.out)?;
+        }
+        if is_machine && is_recording {
+            writeln!(screen.out)?;
+        }
+        if is_recording {
+            recording::show(&Recording::read(&self.path)?, &mut screen.out)?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Whether the path leads to a machine, and whether it leads to a recording.
+fn kinds(path: &Path) -> Result<(bool, bool), Error> {
+    let found = if path.is_dir() {
+        (path.join("machine.toml").is_file(), path.join("recording.toml").is_file())
+    } else if path.is_file() {
+        // A machine names its URDF; everything else is left to the recording's reader to refuse.
+        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+        let is_machine = text.lines().any(|line| line.trim_start().starts_with("urdf"));
+        (is_machine, !is_machine)
+    } else {
+        (false, false)
+    };
+    if found == (false, false) {
+        let read = if path.is_dir() { "a folder with neither" } else { "no such file or folder" };
+        return Err(Error::new(ErrorKind::Missing)
+            .file(path)
+            .found(read)
+            .expected("a folder with recording.toml or machine.toml, or such a file")
+            .remedy("`slideway replay` writes recordings; a machine folder holds machine.toml and a URDF"));
+    }
+    Ok(found)
+}

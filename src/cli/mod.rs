@@ -1,0 +1,131 @@
+//! The commands, one a file, and what they share: where they write, how they refuse, how they end.
+//!
+//! Exit codes: 0 done, 2 bad input. A command may return another one of its own.
+
+mod identify;
+mod inspect;
+mod refusal;
+mod replay;
+mod setting;
+mod table;
+
+use std::io::{self, Write};
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand, ValueEnum};
+use indicatif::{ProgressBar, ProgressStyle};
+use slideway::error::Error;
+use slideway::replay::PlantChoice;
+
+/// Exit code of every refusal.
+const BAD_INPUT: u8 = 2;
+
+/// A multibody twin of a servo-driven machine axis that says why the real machine disagrees with it.
+#[derive(Debug, Parser)]
+#[command(version, about, max_term_width = 100)]
+pub struct Arguments {
+    /// Only errors: no tables, no progress bar
+    #[arg(long, short, global = true)]
+    quiet: bool,
+    #[command(subcommand)]
+    command: Command,
+}
+
+/// A new command is a file here, a line in this list and one in [`dispatch`].
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Replay strokes through a machine's twin and write the recording
+    Replay(replay::Replay),
+    /// Identify a sampled transfer function, from a machine's solid model or from a recording
+    Identify(identify::Identify),
+    /// Show what is in a recording or a machine
+    Inspect(inspect::Inspect),
+}
+
+/// How a command ends when it does not end well.
+pub enum Failure {
+    /// Bad input.
+    Refused(Box<Error>),
+    /// Standard output does not take any more.
+    Output(io::Error),
+}
+
+impl From<Error> for Failure {
+    fn from(error: Error) -> Self {
+        Self::Refused(Box::new(error))
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(error: io::Error) -> Self {
+        Self::Output(error)
+    }
+}
+
+/// Where a command writes its tables, and whether it may show how far it is.
+pub struct Screen {
+    /// Shown when the command has come to its end: a refusal stands alone.
+    out: Vec<u8>,
+    quiet: bool,
+}
+
+impl Screen {
+    /// A progress bar on standard error; nothing where that is no terminal or `--quiet` was given.
+    fn progress(&self, total: u64, what: &'static str) -> ProgressBar {
+        if self.quiet {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::new(total).with_message(what);
+        if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} %  {eta}") {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar
+    }
+}
+
+/// Runs a command to its exit code; what went wrong is told on standard error.
+pub fn run(arguments: &Arguments) -> ExitCode {
+    let quiet = arguments.quiet;
+    let mut screen = Screen { out: Vec::new(), quiet };
+    let ended = dispatch(&arguments.command, &mut screen).and_then(|code| {
+        if !quiet {
+            let mut stdout = io::stdout().lock();
+            stdout.write_all(&screen.out)?;
+            stdout.flush()?;
+        }
+        Ok(code)
+    });
+    match ended {
+        Ok(code) => code,
+        // The reader of a pipe has seen enough: `slideway inspect … | head`.
+        Err(Failure::Output(error)) if error.kind() == io::ErrorKind::BrokenPipe => ExitCode::SUCCESS,
+        Err(Failure::Output(error)) => refusal::tell(&Error::io("standard output", &error)),
+        Err(Failure::Refused(error)) => refusal::tell(&error),
+    }
+}
+
+fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure> {
+    match command {
+        Command::Replay(replay) => replay.run(screen),
+        Command::Identify(identify) => identify.run(screen),
+        Command::Inspect(inspect) => inspect.run(screen),
+    }
+}
+
+/// The plant to simulate on.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Plant {
+    /// The rigid-body scene built from URDF and meshes; knows the slider loads
+    Rapier,
+    /// The reduced-order axis derived from the solid model; faster
+    Axis,
+}
+
+impl From<Plant> for PlantChoice {
+    fn from(plant: Plant) -> Self {
+        match plant {
+            Plant::Rapier => Self::Rapier,
+            Plant::Axis => Self::Axis,
+        }
+    }
+}

@@ -1,0 +1,276 @@
+//! `slideway replay`: strokes through a machine's twin, written as a recording.
+
+use std::io::Write as _;
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use indicatif::ProgressBar;
+use rayon::prelude::*;
+use slideway::error::{Error, ErrorKind};
+use slideway::machine::Machine;
+use slideway::recording::{Existing, Format, Recording, Role, Run};
+use slideway::replay::recording::recorded;
+use slideway::replay::{Cell, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, run_seed, simulate};
+use slideway::twin::Sensing;
+use slideway::units;
+
+use super::setting::{Setting, lay_over};
+use super::table::Table;
+use super::{Failure, Plant, Screen};
+
+/// Samples between two moves of the progress bar.
+const PROGRESS_STRIDE: usize = 512;
+/// Longest standstill that may be asked for, in s.
+const LONGEST_STANDSTILL_S: f64 = 3600.0;
+
+/// Replays every cell in the machine's closed loop. What is known of the machine goes into --set and into the
+/// recording; what --hide changes plays the part of a real machine's unmodelled effect: the recording names it
+/// in its note only.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Example:\n  slideway replay --machine models/grinder --cell 0.02@8 0.03@16 \\\n      \
+                        --hide effect.coulomb_friction.force_n=15 --out /tmp/friction"
+)]
+pub(super) struct Replay {
+    /// Machine folder, or a machine file
+    #[arg(long, value_name = "DIR")]
+    machine: PathBuf,
+    /// Strokes at feeds: m@m/min, or rad@rad/s for a turning axis; backwards as --cell=-0.02@8
+    #[arg(long = "cell", value_name = "STROKE@FEED", num_args = 1.., required_unless_present = "held_out")]
+    cells: Vec<Cell>,
+    /// Cells to mark as held out; the others are then for training
+    #[arg(long, value_name = "STROKE@FEED", num_args = 1..)]
+    held_out: Vec<Cell>,
+    /// Machine setting in force, by key path; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<Setting>,
+    /// Change of the simulated machine that its twin is not told of; may be given several times
+    #[arg(long = "hide", value_name = "KEY=VALUE")]
+    hidden: Vec<Setting>,
+    /// Plant to simulate on
+    #[arg(long, value_enum, default_value = "rapier")]
+    plant: Plant,
+    /// Seed of the sensor noise, whose size the machine file states
+    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    noise: u64,
+    /// Perfect sensors: no noise, no rounding
+    #[arg(long, conflicts_with_all = ["noise", "repeat"])]
+    perfect: bool,
+    /// Come back with a second stroke
+    #[arg(long = "return")]
+    back: bool,
+    /// Standstill before the first stroke, in s
+    #[arg(long, value_name = "S", default_value = "0.1", allow_negative_numbers = true, value_parser = standstill)]
+    lead: f64,
+    /// Standstill after each stroke, in s
+    #[arg(long, value_name = "S", default_value = "0.6", allow_negative_numbers = true, value_parser = standstill)]
+    dwell: f64,
+    /// Runs of every cell, each with noise of its own
+    #[arg(long, value_name = "N", default_value = "1")]
+    repeat: NonZeroUsize,
+    /// File format of the runs
+    #[arg(long, value_enum, default_value = "csv")]
+    format: FileFormat,
+    /// Folder to write the recording to
+    #[arg(long, value_name = "FOLDER")]
+    out: PathBuf,
+    /// Put it in the place of a recording that is there
+    #[arg(long)]
+    replace: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum FileFormat {
+    /// Text
+    Csv,
+    /// Parquet with 64-bit floats
+    Parquet,
+}
+
+/// One run before it is simulated.
+struct Plan {
+    name: String,
+    cell: Cell,
+    role: Option<Role>,
+    motion: Motion,
+    reference: Vec<f64>,
+}
+
+fn standstill(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number of seconds".to_owned())?;
+    if (0.0..=LONGEST_STANDSTILL_S).contains(&seconds) {
+        return Ok(seconds);
+    }
+    Err(format!("expected a number of seconds from 0 to {LONGEST_STANDSTILL_S}"))
+}
+
+impl Replay {
+    /// Simulates, writes, and shows a table with a row a run.
+    pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        let machine = Machine::read(&self.machine)?;
+        let stated = lay_over(&machine, &self.settings, "--set")?;
+        let simulated = lay_over(&stated, &self.hidden, "--hide")?;
+        let plans = self.plans(&stated)?;
+        let samples: usize = plans.iter().map(|plan| plan.reference.len()).sum();
+        let progress = screen.progress(samples as u64, "simulating");
+        let done = plans
+            .par_iter()
+            .map(|plan| self.simulate(&stated, &simulated, plan, &progress))
+            .collect::<Result<Vec<_>, Error>>()?;
+        progress.finish_and_clear();
+        let (runs, figures): (Vec<Run>, Vec<Figures>) = done.into_iter().unzip();
+        let mut recording = Recording::new(runs)?;
+        recording.note = Some(self.note(&stated));
+        recording.machine = Some(machine_path(&machine));
+        let format = match self.format {
+            FileFormat::Csv => Format::Csv,
+            FileFormat::Parquet => Format::Parquet,
+        };
+        let existing = if self.replace { Existing::Replace } else { Existing::Refuse };
+        recording.write(&self.out, format, existing)?;
+        self.show(&recording, &plans, &figures, screen)?;
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn plans(&self, machine: &Machine) -> Result<Vec<Plan>, Error> {
+        let only_held_out = self.held_out.iter().filter(|cell| !self.cells.contains(*cell));
+        let cells: Vec<Cell> = self.cells.iter().chain(only_held_out).copied().collect();
+        if let Some((_, twice)) = cells.iter().enumerate().find(|(at, cell)| cells[..*at].contains(*cell)) {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .key("--cell")
+                .found(format!("the cell {} twice", twice.name(machine.motion())))
+                .expected("each cell once")
+                .remedy("use --repeat for several runs of each cell"));
+        }
+        let mut plans = Vec::new();
+        for cell in cells {
+            for repeat in 1..=self.repeat.get() {
+                plans.push(self.plan(machine, cell, repeat)?);
+            }
+        }
+        Ok(plans)
+    }
+
+    fn plan(&self, machine: &Machine, cell: Cell, repeat: usize) -> Result<Plan, Error> {
+        let name = cell.name(machine.motion());
+        let name = if self.repeat.get() > 1 { format!("{name}_run{repeat}") } else { name };
+        let stroke = cell.stroke(machine.motion())?;
+        let back = self.back.then_some(Stroke { stroke: -stroke.stroke, feed: stroke.feed });
+        let role = if self.held_out.contains(&cell) { Role::HeldOut } else { Role::Training };
+        let motion = Motion {
+            strokes: [stroke].into_iter().chain(back).collect(),
+            lead_s: self.lead,
+            dwell_s: self.dwell,
+            ramp_s: machine.description().reference.acceleration_time_s,
+        };
+        Ok(Plan {
+            name,
+            cell,
+            role: (!self.held_out.is_empty()).then_some(role),
+            reference: motion.reference(machine.description().sample_period_s),
+            motion,
+        })
+    }
+
+    fn simulate(
+        &self,
+        stated: &Machine,
+        simulated: &Machine,
+        plan: &Plan,
+        progress: &ProgressBar,
+    ) -> Result<(Run, Figures), Error> {
+        let sensing = match self.perfect {
+            true => Sensing::Perfect,
+            false => Sensing::AsStated { seed: run_seed(self.noise, &plan.name) },
+        };
+        let count = |done: usize| {
+            if done.is_multiple_of(PROGRESS_STRIDE) {
+                progress.inc(PROGRESS_STRIDE as u64);
+            }
+        };
+        let traces = simulate(simulated, self.plant.into(), sensing, &plan.reference, count)?;
+        let figures = Figures::of(&plan.motion, stated.description().sample_period_s, &traces);
+        let mut run = recorded(&plan.name, simulated, &plan.reference, traces)?;
+        run.role = plan.role;
+        run.metadata = plan.cell.metadata(stated.motion());
+        run.settings = self.settings.iter().map(|s| (s.path.clone(), s.value.clone())).collect();
+        Ok((run, figures))
+    }
+
+    /// Where the data come from, in words.
+    fn note(&self, machine: &Machine) -> String {
+        let noise = match self.perfect {
+            true => "perfect sensors without noise or rounding".to_owned(),
+            false => format!("sensor noise and resolution as the machine file states, seed {}", self.noise),
+        };
+        let hidden = match &self.hidden[..] {
+            [] => "nothing hidden".to_owned(),
+            hidden => {
+                let list: Vec<String> = hidden.iter().map(Setting::to_string).collect();
+                format!("hidden: {}", list.join(", "))
+            }
+        };
+        format!(
+            "simulated, not measured: slideway {} on the {} of `{}`; {noise}; thrust without a sensor; {hidden}",
+            env!("CARGO_PKG_VERSION"),
+            PlantChoice::from(self.plant),
+            machine.description().name,
+        )
+    }
+
+    fn show(
+        &self,
+        recording: &Recording,
+        plans: &[Plan],
+        figures: &[Figures],
+        screen: &mut Screen,
+    ) -> Result<(), Failure> {
+        let out = &mut screen.out;
+        let count = recording.runs().len();
+        let runs = if count == 1 { "run" } else { "runs" };
+        writeln!(out, "{count} {runs} in {}", self.out.display())?;
+        writeln!(out, "{}\n", recording.note.as_deref().unwrap_or_default())?;
+        let (force, turning) = match recording.motion() {
+            units::Motion::Prismatic => ("peak thrust N", false),
+            units::Motion::Revolute => ("peak torque N·m", true),
+        };
+        let heads = ["run", "role", "overshoot %", "over feed %", "lowest speed %", force, "peak effort V"];
+        let mut table =
+            Table::new([heads[0], heads[1], heads[2], heads[3], heads[4], heads[5], heads[6], "settling ms"])
+                .left(2);
+        for (plan, f) in plans.iter().zip(figures) {
+            table.row([
+                plan.name.clone(),
+                plan.role.map_or("-".to_owned(), |role| role.to_string()),
+                format!("{:.1}", 100.0 * f.overshoot),
+                format!("{:+.1}", 100.0 * f.peak_velocity),
+                // No "-0.0": a machine that does not run back has none.
+                format!("{:.1}", (1000.0 * f.most_negative_velocity).round() / 10.0 + 0.0),
+                if turning { format!("{:.3}", f.peak_thrust) } else { format!("{:.0}", f.peak_thrust) },
+                format!("{:.2}", f.peak_effort_v),
+                f.settling_s.map_or("not settled".to_owned(), |s| format!("{:.0}", 1000.0 * s)),
+            ]);
+        }
+        table.write(out)?;
+        writeln!(
+            out,
+            "\novershoot in % of the stroke; speeds in % of the feed; settling into ±{:.0} % of the stroke, \
+             counted from the end of the commanded motion",
+            100.0 * SETTLING_BAND
+        )?;
+        Ok(())
+    }
+}
+
+/// The machine's folder, or its file where that has a name of its own.
+fn machine_path(machine: &Machine) -> PathBuf {
+    let file = machine.file();
+    match file.parent() {
+        Some(folder) if file.file_name().is_some_and(|name| name == "machine.toml") => {
+            if folder.as_os_str().is_empty() { PathBuf::from(".") } else { folder.to_path_buf() }
+        }
+        _ => file.to_path_buf(),
+    }
+}

@@ -1,0 +1,44 @@
+//! Columns of text that line up.
+
+use std::io::{self, Write};
+
+/// A table with a header: the first column to the left, the others as numbers to the right.
+pub(super) struct Table {
+    rows: Vec<Vec<String>>,
+    left: usize,
+}
+
+impl Table {
+    /// A table with these column heads.
+    pub(super) fn new<const N: usize>(heads: [&str; N]) -> Self {
+        Self { rows: vec![heads.map(str::to_owned).to_vec()], left: 1 }
+    }
+
+    /// The first `columns` columns to the left instead of the first one only.
+    pub(super) fn left(mut self, columns: usize) -> Self {
+        self.left = columns;
+        self
+    }
+
+    /// Appends a row.
+    pub(super) fn row<const N: usize>(&mut self, cells: [String; N]) {
+        self.rows.push(cells.to_vec());
+    }
+
+    /// Writes the table, indented by two.
+    pub(super) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or_default();
+        let cell = |row: &Vec<String>, column: usize| row.get(column).map_or(0, |text| text.chars().count());
+        let widths: Vec<usize> = (0..columns)
+            .map(|column| self.rows.iter().map(|row| cell(row, column)).max().unwrap_or_default())
+            .collect();
+        for row in &self.rows {
+            let cells = row.iter().zip(&widths).enumerate().map(|(column, (text, &width))| {
+                if column < self.left { format!("{text:<width$}") } else { format!("{text:>width$}") }
+            });
+            let line = cells.collect::<Vec<_>>().join("  ");
+            writeln!(out, "  {}", line.trim_end())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,93 @@
+//! A whole run simulated: which plant, which sensors, within the travel of the axis.
+
+use std::fmt;
+
+use super::{Traces, follow, run};
+use crate::error::{Error, ErrorKind, Result};
+use crate::machine::Machine;
+use crate::plant::{axis::Axis, rapier::Rig};
+use crate::twin::{Sensing, Twin};
+use crate::units::Motion;
+use sha2::{Digest, Sha256};
+
+/// The plant that a simulation runs on.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum PlantChoice {
+    /// The rigid-body scene built from URDF and meshes; knows the slider loads.
+    #[default]
+    Rapier,
+    /// The reduced-order axis derived from the solid model.
+    Axis,
+}
+
+impl fmt::Display for PlantChoice {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Rapier => "rigid-body scene (rapier)",
+            Self::Axis => "reduced axis",
+        })
+    }
+}
+
+/// Lets the machine follow a sampled position reference from standstill at position 0, its loop closed.
+///
+/// `each` is told after every sample how many are done.
+///
+/// # Errors
+/// A machine without a controller, a reference beyond the joint's limits, or what the scene refuses.
+pub fn simulate(
+    machine: &Machine,
+    plant: PlantChoice,
+    sensing: Sensing,
+    reference: &[f64],
+    each: impl FnMut(usize),
+) -> Result<Traces> {
+    if machine.description().controller.is_none() {
+        return Err(Error::new(ErrorKind::Missing)
+            .file(machine.file())
+            .key("controller")
+            .found("a machine without a control law")
+            .expected("the table [controller]")
+            .remedy("state the control law, or replay recorded efforts instead of strokes"));
+    }
+    check_travel(machine, reference)?;
+    let period_s = machine.description().sample_period_s;
+    Ok(match plant {
+        PlantChoice::Rapier => {
+            run(&mut Twin::new(machine, Rig::new(machine)?, sensing), follow(reference, period_s), each)
+        }
+        PlantChoice::Axis => {
+            let axis = Axis::of(&machine.constants());
+            run(&mut Twin::new(machine, axis, sensing), follow(reference, period_s), each)
+        }
+    })
+}
+
+fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
+    let joint = &machine.solid().joint;
+    match reference.iter().find(|position| !(joint.lower..=joint.upper).contains(*position)) {
+        None => Ok(()),
+        Some(_) => {
+            let far = reference.iter().copied().fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+            let unit = match joint.motion {
+                Motion::Prismatic => "m",
+                Motion::Revolute => "rad",
+            };
+            Err(Error::new(ErrorKind::OutOfRange)
+                .file(&machine.solid().path)
+                .key(joint.name.clone())
+                .found(format!("a motion to {far} {unit}"))
+                .expected(format!("positions from {} to {} {unit}", joint.lower, joint.upper))
+                .remedy("shorten the stroke; it starts at position 0"))
+        }
+    }
+}
+
+/// The seed of one run's noise: runs differ in it, but it depends on nothing but the run's name and `seed`.
+pub fn run_seed(seed: u64, run: &str) -> u64 {
+    let mut hash = Sha256::new();
+    hash.update(seed.to_le_bytes());
+    hash.update(run);
+    let digest = hash.finalize();
+    digest.iter().take(8).fold(0, |number, byte| number << 8 | u64::from(*byte))
+}

@@ -1,0 +1,103 @@
+//! Diagnoses with known truth: effects hidden in the rigid-body scene, and the real axis whose parameters are
+//! published.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::effect::EffectId;
+use slideway::machine::Machine;
+use slideway::recording::{Recording, Role, Run};
+use slideway::replay::recording::recorded;
+use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
+use slideway::twin::Sensing;
+use std::path::{Path, PathBuf};
+
+const GRINDER: &str = "models/grinder";
+
+fn machine(path: &str) -> Machine {
+    Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join(path)).unwrap()
+}
+
+/// Stroke (m), feed (m/min) and role of each run: four to fit, two never identified on.
+const CELLS: [(f64, f64, Role); 6] = [
+    (0.03, 4.0, Role::Training),
+    (0.03, 8.0, Role::Training),
+    (0.04, 16.0, Role::Training),
+    (0.05, 16.0, Role::Training),
+    (0.02, 8.0, Role::HeldOut),
+    (0.03, 16.0, Role::HeldOut),
+];
+
+fn float(value: f64) -> toml::Value {
+    toml::Value::Float(value)
+}
+
+/// A recording of strokes there and back, made in the rigid-body scene with `hidden` settings and stated noise.
+fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
+    let stated = machine(GRINDER);
+    let real = stated.with_settings(hidden.iter().map(|(key, value)| (*key, float(*value)))).unwrap();
+    let runs: Vec<Run> = CELLS
+        .iter()
+        .map(|&(stroke, feed, role)| {
+            let stroke = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
+            let back = Stroke { stroke: -stroke.stroke, ..stroke };
+            let motion = Motion { strokes: vec![stroke, back], lead_s: 0.1, dwell_s: 0.4, ramp_s: 0.02 };
+            let reference = motion.reference(real.description().sample_period_s);
+            let name = format!("stroke{:.0}_feed{feed:.0}", stroke.stroke * 1e3);
+            let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
+            let traces = simulate(&real, PlantChoice::Rapier, sensing, &reference, |_| ()).unwrap();
+            let mut run = recorded(&name, &stated, &reference, traces).unwrap();
+            run.role = Some(role);
+            run
+        })
+        .collect();
+    Recording::new(runs).unwrap()
+}
+
+fn report(name: &str, d: &Diagnosis) {
+    println!(
+        "== {name}: {:?}, G {:.2} -> {:.3}, closed {:.4} [{:.4}, {:.4}], predicted {:.4}",
+        d.verdict, d.gap.before, d.gap.after, d.gap.closed, d.gap.closed_ci95[0], d.gap.closed_ci95[1], d.gap.predicted_closed
+    );
+    for cause in &d.causes {
+        println!("   {} p={:.4} closes {:.3} confusable {:?}", cause.effect, cause.probability, cause.closes, cause.confusable_with);
+        for (name, p) in &cause.parameters {
+            println!("      {name} = {:.5} [{:.5}, {:.5}] {} (twin {})", p.value, p.ci95[0], p.ci95[1], p.unit, p.twin);
+        }
+    }
+    for c in &d.calibration {
+        println!("   calibration {} = {:.5} ± {:.5}{}", c.path, c.parameter.value, c.parameter.ci95[1] - c.parameter.value, if c.at_tolerance { " AT EDGE" } else { "" });
+    }
+    for r in d.ranking.iter().take(8) {
+        println!("   {:?} p={:.4} G={:.3}", r.effects, r.probability, r.held_out_gap);
+    }
+    for s in &d.gap.signals {
+        println!("   {} rms {:.3e} -> {:.3e}, noise {:.3e} {:?}", s.signal, s.rms_before, s.rms_after, s.noise, s.noise_source);
+    }
+}
+
+fn run_diagnosis(machine: &Machine, recording: &Recording) -> Diagnosis {
+    diagnose(machine, recording, &Options::default()).unwrap()
+}
+
+fn named(d: &Diagnosis) -> Vec<&str> {
+    d.causes.iter().map(|cause| cause.effect.as_str()).collect()
+}
+
+#[test]
+fn ref_coulomb_friction_hidden_in_the_rigid_body_scene_is_named() {
+    let d = run_diagnosis(&machine(GRINDER), &recording(&[("effect.coulomb_friction.force_n", 15.0)], 1));
+    report("coulomb 15", &d);
+    assert_eq!((d.verdict, named(&d)), (Verdict::Cause, vec!["coulomb_friction"]));
+    let force = &d.causes[0].parameters["force_n"];
+    assert!((force.value / 15.0 - 1.0).abs() < 0.03, "{force:?}");
+    assert!(d.gap.closed >= 0.95);
+}
+
+#[test]
+fn ref_nothing_hidden_is_no_gap() {
+    for seed in 2..6 {
+        let d = run_diagnosis(&machine(GRINDER), &recording(&[], seed));
+        report("null", &d);
+        assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
+    }
+}
