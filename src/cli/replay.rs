@@ -118,9 +118,9 @@ impl Replay {
         let done = plans
             .par_iter()
             .map(|plan| self.simulate(&stated, &simulated, plan, &progress))
-            .collect::<Result<Vec<_>, Error>>()?;
+            .collect::<Result<Vec<_>, Error>>();
         progress.finish_and_clear();
-        let (runs, figures): (Vec<Run>, Vec<Figures>) = done.into_iter().unzip();
+        let (runs, figures): (Vec<Run>, Vec<Figures>) = done?.into_iter().unzip();
         let mut recording = Recording::new(runs)?;
         recording.note = Some(self.note(&stated));
         recording.machine = Some(machine_path(&machine));
