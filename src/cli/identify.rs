@@ -34,8 +34,8 @@ const MILLI: f64 = 1000.0;
 /// signals of a recording.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("subject").required(true).args(["recording", "machine"]))]
-#[command(after_help = "Examples:\n  slideway identify --machine models/grinder\n  \
-                        slideway identify recordings/friction --input thrust_n --output velocity_m_per_s --period 0.025")]
+#[command(after_help = "Examples:\n  slideway identify --machine models/MACHINE\n  \
+                        slideway identify recordings/LOG --input thrust_n --output velocity_m_per_s --period 0.025")]
 pub(super) struct Identify {
     /// Recording: a folder with recording.toml, or such a file
     #[arg(requires_all = ["input", "output"])]

@@ -30,7 +30,7 @@ const LONGEST_STANDSTILL_S: f64 = 3600.0;
 /// in its note only.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  slideway replay --machine models/grinder --cell 0.02@8 0.03@16 \\\n      \
+    after_help = "Example:\n  slideway replay --machine models/MACHINE --cell 0.02@8 0.03@16 \\\n      \
                         --hide effect.coulomb_friction.force_n=15 --out /tmp/friction"
 )]
 pub(super) struct Replay {
