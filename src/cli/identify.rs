@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use slideway::drive::motor::Motor;
 use slideway::drive::printed::{self, Variant};
 use slideway::error::{Error, ErrorKind};
@@ -33,11 +33,12 @@ const MILLI: f64 = 1000.0;
 /// Either a machine's moving part alone (force in, velocity out, on its viscous guide, simulated), or two
 /// signals of a recording.
 #[derive(Debug, Args)]
-#[command(after_help = "Examples:\n  slideway identify --machine models/grinder\n  \
-                        slideway identify recordings/friction --input thrust_n --output velocity_m_per_s --period 0.025")]
+#[command(group = ArgGroup::new("subject").required(true).args(["recording", "machine"]))]
+#[command(after_help = "Examples:\n  slideway identify --machine models/MACHINE\n  \
+                        slideway identify recordings/LOG --input thrust_n --output velocity_m_per_s --period 0.025")]
 pub(super) struct Identify {
     /// Recording: a folder with recording.toml, or such a file
-    #[arg(required_unless_present = "machine", conflicts_with = "machine", requires_all = ["input", "output"])]
+    #[arg(requires_all = ["input", "output"])]
     recording: Option<PathBuf>,
     /// Machine folder: excite its moving part in simulation and identify that
     #[arg(long, value_name = "DIR")]

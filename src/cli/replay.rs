@@ -30,7 +30,7 @@ const LONGEST_STANDSTILL_S: f64 = 3600.0;
 /// in its note only.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  slideway replay --machine models/grinder --cell 0.02@8 0.03@16 \\\n      \
+    after_help = "Example:\n  slideway replay --machine models/MACHINE --cell 0.02@8 0.03@16 \\\n      \
                         --hide effect.coulomb_friction.force_n=15 --out /tmp/friction"
 )]
 pub(super) struct Replay {
@@ -118,9 +118,9 @@ impl Replay {
         let done = plans
             .par_iter()
             .map(|plan| self.simulate(&stated, &simulated, plan, &progress))
-            .collect::<Result<Vec<_>, Error>>()?;
+            .collect::<Result<Vec<_>, Error>>();
         progress.finish_and_clear();
-        let (runs, figures): (Vec<Run>, Vec<Figures>) = done.into_iter().unzip();
+        let (runs, figures): (Vec<Run>, Vec<Figures>) = done?.into_iter().unzip();
         let mut recording = Recording::new(runs)?;
         recording.note = Some(self.note(&stated));
         recording.machine = Some(machine_path(&machine));

@@ -51,14 +51,15 @@ impl Figures {
             let feed = stroke.feed.copysign(stroke.stroke);
             let end = (start + count).min(traces.len());
             let mut last_outside = None;
-            for k in start.min(end)..end {
-                let travelled = (traces.position[k] - from) / stroke.stroke;
-                let speed = velocity[k] / feed;
+            let places = traces.position[start.min(end)..end].iter().zip(&velocity[start.min(end)..end]);
+            for (k, (position, velocity)) in places.enumerate() {
+                let travelled = (position - from) / stroke.stroke;
+                let speed = velocity / feed;
                 figures.overshoot = figures.overshoot.max(travelled - 1.0);
                 figures.peak_velocity = figures.peak_velocity.max(speed - 1.0);
                 figures.most_negative_velocity = figures.most_negative_velocity.min(speed);
                 if (travelled - 1.0).abs() > SETTLING_BAND {
-                    last_outside = Some(k);
+                    last_outside = Some(start + k);
                 }
             }
             let settled = last_outside.map_or(start, |k| k + 1);
