@@ -56,22 +56,43 @@ fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
 fn report(name: &str, d: &Diagnosis) {
     println!(
         "== {name}: {:?}, G {:.2} -> {:.3}, closed {:.4} [{:.4}, {:.4}], predicted {:.4}",
-        d.verdict, d.gap.before, d.gap.after, d.gap.closed, d.gap.closed_ci95[0], d.gap.closed_ci95[1], d.gap.predicted_closed
+        d.verdict,
+        d.gap.before,
+        d.gap.after,
+        d.gap.closed,
+        d.gap.closed_ci95[0],
+        d.gap.closed_ci95[1],
+        d.gap.predicted_closed
     );
     for cause in &d.causes {
-        println!("   {} p={:.4} closes {:.3} confusable {:?}", cause.effect, cause.probability, cause.closes, cause.confusable_with);
+        println!(
+            "   {} p={:.4} closes {:.3} confusable {:?}",
+            cause.effect, cause.probability, cause.closes, cause.confusable_with
+        );
         for (name, p) in &cause.parameters {
-            println!("      {name} = {:.5} [{:.5}, {:.5}] {} (twin {})", p.value, p.ci95[0], p.ci95[1], p.unit, p.twin);
+            println!(
+                "      {name} = {:.5} [{:.5}, {:.5}] {} (twin {})",
+                p.value, p.ci95[0], p.ci95[1], p.unit, p.twin
+            );
         }
     }
     for c in &d.calibration {
-        println!("   calibration {} = {:.5} ± {:.5}{}", c.path, c.parameter.value, c.parameter.ci95[1] - c.parameter.value, if c.at_tolerance { " AT EDGE" } else { "" });
+        println!(
+            "   calibration {} = {:.5} ± {:.5}{}",
+            c.path,
+            c.parameter.value,
+            c.parameter.ci95[1] - c.parameter.value,
+            if c.at_tolerance { " AT EDGE" } else { "" }
+        );
     }
     for r in d.ranking.iter().take(8) {
         println!("   {:?} p={:.4} G={:.3}", r.effects, r.probability, r.held_out_gap);
     }
     for s in &d.gap.signals {
-        println!("   {} rms {:.3e} -> {:.3e}, noise {:.3e} {:?}", s.signal, s.rms_before, s.rms_after, s.noise, s.noise_source);
+        println!(
+            "   {} rms {:.3e} -> {:.3e}, noise {:.3e} {:?}",
+            s.signal, s.rms_before, s.rms_after, s.noise, s.noise_source
+        );
     }
 }
 

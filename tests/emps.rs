@@ -10,7 +10,8 @@ fn run(machine: &str) -> Diagnosis {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     let recording = Recording::read(root.join("models/emps/recording.toml")).unwrap();
     let machine = Machine::read(&root.join(machine)).unwrap();
-    diagnose(&machine, &recording, &Options { progress: &|s| println!("fitted {s}"), ..Options::default() }).unwrap()
+    diagnose(&machine, &recording, &Options { progress: &|s| println!("fitted {s}"), ..Options::default() })
+        .unwrap()
 }
 
 #[test]
