@@ -89,6 +89,7 @@ pub mod machine;
 pub mod plant;
 pub mod recording;
 pub mod replay;
+pub mod report;
 pub mod sensor;
 pub mod solid;
 pub mod twin;

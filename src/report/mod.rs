@@ -1,0 +1,15 @@
+//! Reports of a diagnosis for people: the same numbers as in its JSON, in the order in which a servo engineer asks.
+//!
+//! What are the data → what is it → where does it lie → which effect → how far does the gap shrink → what was
+//! calibrated, what was noticed in the data → what next.
+
+mod extent;
+mod follow_up;
+mod layout;
+mod number;
+mod place;
+mod sentence;
+mod terminal;
+mod which;
+
+pub use terminal::{Style, terminal};

@@ -1,0 +1,212 @@
+//! Numbers as a report writes them; what is not a number is a dash.
+
+use crate::diagnose::verdict::Parameter;
+use crate::units::engineering;
+
+/// Stands for a number that is not there.
+pub(super) const NONE: &str = "–";
+/// Shares closer than this to 0 or 1 are only said to be so close.
+const RESOLUTION: f64 = 1e-3;
+/// Intervals whose halves differ by more than this share are written with both ends.
+const LOPSIDED: f64 = 0.05;
+
+/// A value in the unit an engineer would choose.
+pub(super) fn value(value: f64, si_unit: &str) -> String {
+    if value.is_finite() { engineering(value, si_unit) } else { NONE.to_owned() }
+}
+
+/// A share or probability in per cent, never rounded to certainty.
+pub(super) fn percent(share: f64) -> String {
+    let hundred = 100.0 * share;
+    if !share.is_finite() {
+        NONE.to_owned()
+    } else if share == 0.0 {
+        "0 %".to_owned()
+    } else if share.abs() < RESOLUTION {
+        "< 0.1 %".to_owned()
+    } else if share >= 1.0 - RESOLUTION {
+        "> 99.9 %".to_owned()
+    } else if (0.1..0.99).contains(&share) || share < -0.1 {
+        format!("{hundred:.0} %")
+    } else {
+        format!("{hundred:.1} %")
+    }
+}
+
+/// A probability in per cent: one that has underflowed is small, not nothing.
+pub(super) fn probability(p: f64) -> String {
+    if p == 0.0 { "< 0.1 %".to_owned() } else { percent(p) }
+}
+
+/// Three significant digits without unit.
+pub(super) fn plain(number: f64) -> String {
+    value(number, "")
+}
+
+/// How many SI units the engineering unit of a value is, and its symbol.
+fn engineering_unit(value: f64, si_unit: &str) -> (f64, String) {
+    let text = engineering(value, si_unit);
+    let (digits, symbol) = text.split_once(' ').unwrap_or((&text, ""));
+    let number: f64 = digits.parse().unwrap_or(1.0);
+    let decades = if number == 0.0 { 0.0 } else { (value / number).abs().log10().round() };
+    if value == 0.0 || !decades.is_finite() {
+        return (1.0, si_unit.to_owned());
+    }
+    (10f64.powi(decades as i32), symbol.to_owned())
+}
+
+/// Several values in one unit, that of the largest, between two words: "113 → 2.90 µm".
+fn together(values: [f64; 2], between: &str, si_unit: &str) -> String {
+    let largest = values.iter().filter(|v| v.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()));
+    let (size, symbol) = engineering_unit(largest, si_unit);
+    let [first, second] = values.map(|v| plain(v / size));
+    format!("{first}{between}{second} {symbol}").trim_end().to_owned()
+}
+
+/// Before and after, in one unit.
+pub(super) fn change(before: f64, after: f64, si_unit: &str) -> String {
+    together([before, after], " → ", si_unit)
+}
+
+/// From one value to another, in one unit.
+pub(super) fn range(from: f64, to: f64, si_unit: &str) -> String {
+    // An end that only rounding keeps from zero is zero.
+    let tidy = |end: f64| if end.abs() < 1e-6 * (to - from).abs() { 0.0 } else { end };
+    together([tidy(from), tidy(to)], " to ", si_unit)
+}
+
+/// A parameter with its 95 % interval, to the digits that the interval allows: "15.0 ± 0.3 N".
+pub(super) fn with_interval(parameter: &Parameter) -> String {
+    let Parameter { value: estimate, ci95: [from, to], unit, .. } = parameter;
+    let (below, above) = (estimate - from, to - estimate);
+    let half = 0.5 * (below + above);
+    if !(estimate.is_finite() && half.is_finite() && half > 0.0) {
+        return value(*estimate, unit);
+    }
+    let (size, symbol) = engineering_unit(estimate.abs().max(half), unit);
+    let places = places(half / size);
+    let text = |number: f64| format!("{:.places$}", positive_zero(number / size, places));
+    let number = text(*estimate);
+    let symbol = if symbol.is_empty() { String::new() } else { format!(" {symbol}") };
+    if (above - below).abs() > LOPSIDED * half * 2.0 {
+        return format!("{number}{symbol} ({} to {})", text(*from), text(*to));
+    }
+    format!("{number} ± {}{symbol}", text(half))
+}
+
+/// The ends of a parameter's 95 % interval.
+pub(super) fn interval(parameter: &Parameter) -> String {
+    let [from, to] = parameter.ci95;
+    if !(from.is_finite() && to.is_finite()) {
+        return NONE.to_owned();
+    }
+    let (size, symbol) = engineering_unit(from.abs().max(to.abs()), &parameter.unit);
+    let places = (1 + places(0.5 * (to - from) / size)).min(9);
+    let text = |number: f64| format!("{:.places$}", positive_zero(number / size, places));
+    format!("{} to {} {symbol}", text(from), text(to)).trim_end().to_owned()
+}
+
+/// Decimal places to which a number with this uncertainty is known: one digit of it, two behind a leading 1.
+fn places(uncertainty: f64) -> usize {
+    if !(uncertainty.is_finite() && uncertainty > 0.0) {
+        return 3;
+    }
+    let decade = uncertainty.log10().floor();
+    let leading = uncertainty / 10f64.powf(decade);
+    let places = -decade + if leading < 2.0 { 1.0 } else { 0.0 };
+    places.clamp(0.0, 8.0) as usize
+}
+
+/// No "-0.0".
+fn positive_zero(number: f64, places: usize) -> f64 {
+    if number.abs() < 0.5 * 10f64.powi(-(places as i32)) { 0.0 } else { number }
+}
+
+/// A coefficient of determination, rounded down: 0.99999 is not 1.
+pub(super) fn determination(r2: f64) -> String {
+    if !r2.is_finite() {
+        return NONE.to_owned();
+    }
+    if r2 < -9.0 {
+        return plain(r2);
+    }
+    format!("{:.5}", (r2 * 1e5).floor() / 1e5)
+}
+
+/// A TOML number to the digits that the interval allows, and two to spare.
+pub(super) fn toml_number(parameter: &Parameter) -> String {
+    let half = 0.5 * (parameter.ci95[1] - parameter.ci95[0]);
+    let digits = match (parameter.value / half).abs().log10() {
+        spread if spread.is_finite() => (spread.ceil().max(0.0) as usize + 2).min(15),
+        _ => 6,
+    };
+    let rounded: f64 = format!("{:.digits$e}", parameter.value).parse().unwrap_or(parameter.value);
+    format!("{rounded:?}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameter(value: f64, ci95: [f64; 2], unit: &str) -> Parameter {
+        Parameter { value, ci95, unit: unit.to_owned(), twin: 0.0 }
+    }
+
+    #[test]
+    fn exact_shares_are_never_rounded_to_certainty() {
+        let cases = [
+            (0.99996, "> 99.9 %"),
+            (1.0, "> 99.9 %"),
+            (1.03, "> 99.9 %"),
+            (0.9949, "99.5 %"),
+            (0.942, "94 %"),
+            (0.0412, "4.1 %"),
+            (1e-9, "< 0.1 %"),
+            (0.0, "0 %"),
+            (-0.31, "-31 %"),
+            (f64::NAN, "–"),
+            (f64::INFINITY, "–"),
+        ];
+        for (share, text) in cases {
+            assert_eq!(percent(share), text, "{share}");
+        }
+        assert_eq!(probability(0.0), "< 0.1 %");
+    }
+
+    #[test]
+    fn exact_intervals_decide_the_digits() {
+        let cases = [
+            (15.02, [14.71, 15.33], "N", "15.0 ± 0.3 N"),
+            (15.0234, [15.0111, 15.0357], "N", "15.023 ± 0.012 N"),
+            (2.5e-4, [2.4e-4, 2.6e-4], "s", "250 ± 10 µs"),
+            (333.0, [321.0, 345.0], "N·s/m", "333 ± 12 N·s/m"),
+            (-0.001, [-0.5, 0.498], "kg", "0.0 ± 0.5 kg"),
+            (15.0, [14.9, 15.4], "N", "15.0 N (14.9 to 15.4)"),
+            (15.0, [f64::NEG_INFINITY, f64::INFINITY], "N", "15.0 N"),
+            (f64::NAN, [f64::NAN, f64::NAN], "N", "–"),
+            (0.3, [0.2, 0.4], "", "0.30 ± 0.10"),
+        ];
+        for (value, ci95, unit, text) in cases {
+            assert_eq!(with_interval(&parameter(value, ci95, unit)), text);
+        }
+    }
+
+    #[test]
+    fn exact_pairs_share_a_unit() {
+        assert_eq!(change(1.13e-4, 2.9e-6, "m"), "113 → 2.90 µm");
+        assert_eq!(change(1.13e-4, f64::NAN, "m"), "113 → – µm");
+        assert_eq!(change(0.0, 0.0, "m"), "0 → 0 m");
+        assert_eq!(range(-1e-12, 2.1e-3, "m"), "0 to 2.10 mm");
+        assert_eq!(determination(0.999_998_9), "0.99999");
+    }
+
+    #[test]
+    fn exact_toml_numbers_read_back_within_the_interval() {
+        for (value, half) in [(15.0234, 0.3), (2.5e-4, 1e-6), (-333.3, 12.0), (7e-9, 1e-10), (0.0, 1.0)] {
+            let text = toml_number(&parameter(value, [value - half, value + half], "N"));
+            let table: toml::Table = format!("x = {text}").parse().unwrap();
+            let read = table["x"].as_float().unwrap();
+            assert!((read - value).abs() <= 0.01 * half, "{text} for {value}");
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The verdict as a sentence, with numbers and units.
+
+use super::number::{percent, plain, probability, value, with_interval};
+use super::place::{banded, named, top};
+use crate::diagnose::Verdict;
+use crate::diagnose::verdict::{Cause, Diagnosis, Ranked, SignalGap};
+use crate::effect::EffectId;
+use crate::recording::Signal;
+use crate::units::Motion;
+
+/// From this gap on, what remains behind the named causes is worth a sentence.
+const REMAINS: f64 = 1.5;
+/// A calibration that moved the gap by this much had a part in the result.
+const CALIBRATED: f64 = 0.05;
+/// An explanation with this share of the best one's probability is a rival.
+const RIVAL: f64 = 0.05;
+/// Rivals that are named.
+const RIVALS: usize = 4;
+
+/// The verdict in words.
+pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
+    match diagnosis.verdict {
+        Verdict::NoGap => no_gap(diagnosis),
+        Verdict::Cause => cause(diagnosis, motion),
+        Verdict::Undecided => undecided(diagnosis),
+        Verdict::Unknown => unknown(diagnosis, motion),
+    }
+}
+
+/// The effect in a phrase, or its id where the catalogue does not know it.
+pub(super) fn phrase(effect: &str) -> String {
+    let known = EffectId::ALL.iter().find(|id| id.name() == effect);
+    known.map_or_else(|| effect.replace('_', " "), |id| id.phrase().to_owned())
+}
+
+/// Phrases of several effects together; none: the twin as it is.
+pub(super) fn together(effects: &[String]) -> String {
+    match effects {
+        [] => "the twin as it is".to_owned(),
+        effects => effects.iter().map(|effect| phrase(effect)).collect::<Vec<_>>().join(" with "),
+    }
+}
+
+/// "multiples of noise".
+fn times_noise(gap: f64) -> String {
+    format!("{} × noise", plain(gap))
+}
+
+fn no_gap(diagnosis: &Diagnosis) -> String {
+    let gap = &diagnosis.gap;
+    let calibrated = gap.before - gap.after > CALIBRATED && !diagnosis.calibration.is_empty();
+    let (when, rest) = if calibrated {
+        (
+            " once its constants are calibrated inside their tolerances",
+            format!("{} → {}", plain(gap.before), times_noise(gap.after)),
+        )
+    } else {
+        ("", times_noise(gap.after))
+    };
+    format!("The twin predicts the unseen runs as well as noise allows{when}: no gap (G = {rest}).")
+}
+
+fn cause(diagnosis: &Diagnosis, motion: Motion) -> String {
+    let mut text = match &diagnosis.causes[..] {
+        [] => format!("The gap is {}.", times_noise(diagnosis.gap.before)),
+        [one] => format!("{} causes {} of the gap", described(one), percent(one.closes)),
+        several => {
+            let parts: Vec<String> = several
+                .iter()
+                .map(|cause| format!("{} ({})", described(cause), percent(cause.closes)))
+                .collect();
+            format!("{} together cause {} of the gap", listed(&parts), percent(diagnosis.gap.closed))
+        }
+    };
+    if let (Some(signal), false) = (position(&diagnosis.gap.signals), diagnosis.causes.is_empty()) {
+        let them = if diagnosis.causes.len() == 1 { "it" } else { "them" };
+        text += &format!("; with {them} the {}", improvement(signal, motion));
+    }
+    if diagnosis.gap.after > REMAINS {
+        text += &format!(" A gap of {} remains unexplained.", times_noise(diagnosis.gap.after));
+    }
+    capitalised(&text)
+}
+
+/// "position error on unseen runs falls from 113 µm to 2.90 µm RMS."
+fn improvement(signal: &SignalGap, motion: Motion) -> String {
+    let unit = Signal::from_key(&signal.signal).map_or("", |(signal, _)| signal.si_unit(motion));
+    let verb = if signal.rms_after < signal.rms_before { "falls" } else { "goes" };
+    format!(
+        "{} error on unseen runs {verb} from {} to {} RMS.",
+        name(&signal.signal),
+        value(signal.rms_before, unit),
+        value(signal.rms_after, unit)
+    )
+}
+
+fn position(signals: &[SignalGap]) -> Option<&SignalGap> {
+    let is = |wanted| move |gap: &&SignalGap| Signal::from_key(&gap.signal).is_some_and(|(s, _)| s == wanted);
+    signals.iter().find(is(Signal::Position)).or(signals.first())
+}
+
+/// A signal without its unit: "position", "control effort".
+pub(super) fn name(key: &str) -> String {
+    without_unit(key).replace('_', " ")
+}
+
+/// A key without the unit at its end.
+fn without_unit(key: &str) -> &str {
+    const UNITS: [&str; 19] = [
+        "_n_s_per_m",
+        "_nm_s_per_rad",
+        "_m_per_s",
+        "_rad_per_s",
+        "_n_per_a",
+        "_nm_per_a",
+        "_n_per_m",
+        "_kg_m2",
+        "_ohm",
+        "_rad",
+        "_nm",
+        "_kg",
+        "_hz",
+        "_n",
+        "_m",
+        "_s",
+        "_v",
+        "_a",
+        "_h",
+    ];
+    UNITS.iter().find_map(|unit| key.strip_suffix(unit)).filter(|rest| !rest.is_empty()).unwrap_or(key)
+}
+
+/// "Coulomb friction on the guide, 15.0 ± 0.3 N,"
+fn described(cause: &Cause) -> String {
+    let at = if cause.site == "guide" { "on" } else { "in" };
+    let alone = cause.parameters.len() == 1;
+    let parameters: Vec<String> = cause
+        .parameters
+        .iter()
+        .map(|(key, parameter)| {
+            let number = with_interval(parameter);
+            let number = if alone { number } else { format!("{} {number}", name(key)) };
+            let twin = value(parameter.twin, &parameter.unit);
+            if parameter.twin == 0.0 { number } else { format!("{number} instead of {twin}") }
+        })
+        .collect();
+    let what = format!("{} {at} the {}", phrase(&cause.effect), cause.site);
+    if parameters.is_empty() { what } else { format!("{what}, {},", parameters.join(", ")) }
+}
+
+/// "a, b and c".
+fn listed(parts: &[String]) -> String {
+    match parts {
+        [] => String::new(),
+        [one] => one.clone(),
+        [first @ .., last] => format!("{} and {last}", first.join(", ")),
+    }
+}
+
+/// The named explanation and those that do without one of its effects, most probable first.
+fn rivals(diagnosis: &Diagnosis) -> Vec<&Ranked> {
+    let named: Vec<&str> = diagnosis.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    let holds = |ranked: &Ranked| named.iter().all(|effect| ranked.effects.iter().any(|e| e == effect));
+    let is_named = |ranked: &Ranked| holds(ranked) && ranked.effects.len() == named.len();
+    let own = diagnosis.ranking.iter().find(|ranked| is_named(ranked)).or(diagnosis.ranking.first());
+    let least = RIVAL * own.map_or(0.0, |ranked| ranked.probability);
+    let is_rival = |ranked: &&Ranked| is_named(ranked) || (!holds(ranked) && ranked.probability >= least);
+    let rivals: Vec<&Ranked> = diagnosis.ranking.iter().filter(is_rival).collect();
+    // Without causes, or a ranking that names them, the first of the ranking are the rivals.
+    if rivals.len() > 1 { rivals } else { diagnosis.ranking.iter().collect() }
+}
+
+fn undecided(diagnosis: &Diagnosis) -> String {
+    let rivals = rivals(diagnosis);
+    let some = &rivals[..rivals.len().min(RIVALS)];
+    let parts: Vec<String> = some
+        .iter()
+        .map(|ranked| format!("{} ({})", together(&ranked.effects), probability(ranked.probability)))
+        .collect();
+    let more = match rivals.len() - some.len() {
+        0 => String::new(),
+        more => format!(" and {more} less probable"),
+    };
+    let left = some.iter().map(|ranked| ranked.held_out_gap).filter(|gap| gap.is_finite());
+    let (least, most) = left.fold((f64::MAX, 0.0), |(a, b): (f64, f64), gap| (a.min(gap), b.max(gap)));
+    let shrink = if most == 0.0 {
+        String::new()
+    } else if plain(least) == plain(most) {
+        format!(" Each leaves {}.", times_noise(most))
+    } else {
+        format!(" They leave {} to {}.", plain(least), times_noise(most))
+    };
+    format!(
+        "There is a gap of {}, but these data cannot tell apart what causes it: {}{more}.{shrink}",
+        times_noise(diagnosis.gap.before),
+        parts.join(", ")
+    )
+}
+
+fn unknown(diagnosis: &Diagnosis, motion: Motion) -> String {
+    let gap = &diagnosis.gap;
+    let mut text =
+        format!("A gap of {} remains that no effect of the catalogue explains", times_noise(gap.after));
+    let effects: Vec<String> = diagnosis.causes.iter().map(|cause| cause.effect.clone()).collect();
+    if !effects.is_empty() {
+        text += &format!(
+            " ({} closes {} of {})",
+            together(&effects),
+            percent(gap.closed),
+            times_noise(gap.before)
+        );
+    }
+    let (place, position) = (&diagnosis.place, if motion == Motion::Prismatic { "m" } else { "rad" });
+    let largest = [
+        ("in phase “", top(named(&place.phase)), "”"),
+        ("at ", top(banded(&place.frequency_hz, "Hz")), ""),
+        ("at positions ", top(banded(&place.position, position)), ""),
+    ];
+    let parts: Vec<String> = largest
+        .into_iter()
+        .filter_map(|(before, entries, after)| {
+            entries.first().map(|(label, share)| format!("{before}{label}{after} ({})", percent(*share)))
+        })
+        .collect();
+    if parts.is_empty() { format!("{text}.") } else { format!("{text}; it is largest {}.", listed(&parts)) }
+}
+
+fn capitalised(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
+}

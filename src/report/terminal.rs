@@ -1,0 +1,72 @@
+//! The report on a terminal.
+
+use super::layout::{Ink, labelled, paragraph};
+use super::{extent, follow_up, place, sentence, which};
+use crate::diagnose::Verdict;
+use crate::diagnose::verdict::Diagnosis;
+use crate::units::Motion;
+
+/// How a report is set.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Style {
+    /// Whether colours may be used.
+    pub colour: bool,
+    /// Columns of a line; taken as 80 where less.
+    pub width: usize,
+}
+
+impl Default for Style {
+    /// Without colour, 80 columns.
+    fn default() -> Self {
+        Self { colour: false, width: NARROWEST }
+    }
+}
+
+/// Tables need this width.
+const NARROWEST: usize = 80;
+/// Width of the labels at the head.
+const LABEL: usize = 8;
+
+/// A diagnosis of an axis of this motion as text: data, verdict, where, which, how far, calibration, remarks,
+/// next step.
+///
+/// # Design
+/// Every number is one of the diagnosis, rounded to what its interval allows; what is not finite is a dash,
+/// and no probability is rounded to certainty.
+pub fn terminal(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
+    let style = Style { width: style.width.max(NARROWEST), ..style };
+    let sections = [
+        head(diagnosis, style),
+        verdict(diagnosis, motion, style),
+        place::section(diagnosis, motion, style),
+        which::section(diagnosis, style),
+        extent::section(diagnosis, motion, style),
+        follow_up::calibration(diagnosis, style),
+        follow_up::checks(diagnosis, style),
+        follow_up::next(diagnosis, style),
+    ];
+    sections.concat()
+}
+
+fn head(diagnosis: &Diagnosis, style: Style) -> String {
+    let data = &diagnosis.data;
+    let runs = |names: &[String]| format!("{} ({})", names.join(", "), names.len());
+    let mut out = format!("{}\n", style.ink(Ink::Heading, &data.machine));
+    if let Some(note) = &data.note {
+        let lines = labelled("data", LABEL, note, style);
+        out += &lines.lines().map(|line| format!("{}\n", style.ink(Ink::Warning, line))).collect::<String>();
+    }
+    out += &labelled("training", LABEL, &runs(&data.training), style);
+    out + &labelled("held out", LABEL, &runs(&data.held_out), style)
+}
+
+fn verdict(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
+    let (word, ink) = match diagnosis.verdict {
+        Verdict::NoGap => ("NO GAP", Ink::Good),
+        Verdict::Cause => ("CAUSE FOUND", Ink::Bad),
+        Verdict::Undecided => ("UNDECIDED", Ink::Warning),
+        Verdict::Unknown => ("UNKNOWN CAUSE", Ink::Bad),
+    };
+    let text = paragraph(&sentence::sentence(diagnosis, motion), style);
+    format!("\n{}\n{text}", style.ink(ink, word))
+}

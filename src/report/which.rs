@@ -1,0 +1,84 @@
+//! WHICH: the effects named, with parameters and rivals, and the best explanations of the ranking.
+
+use super::Style;
+use super::layout::{Align, Table};
+use super::number::{NONE, interval, percent, plain, probability, value};
+use crate::diagnose::Verdict;
+use crate::diagnose::verdict::{Cause, Diagnosis};
+
+/// Explanations of the ranking that are shown.
+const EXPLANATIONS: usize = 6;
+
+/// The section.
+pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
+    let remark = match diagnosis.verdict {
+        Verdict::Undecided => "the best explanation; not decided against its rivals",
+        _ if diagnosis.causes.is_empty() => "no effect is named",
+        _ => "",
+    };
+    let mut out = style.heading("WHICH", remark);
+    if !diagnosis.causes.is_empty() {
+        out += &effects(&diagnosis.causes).text(style);
+        out += "\n";
+        out += &parameters(&diagnosis.causes).text(style);
+        out += "\n";
+    }
+    out + &ranking(diagnosis).text(style)
+}
+
+fn effects(causes: &[Cause]) -> Table {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("effect", Left),
+        ("place", Left),
+        ("probability", Right),
+        ("closes", Right),
+        ("confusable with", Left),
+    ]);
+    for cause in causes {
+        let rivals = cause.confusable_with.join(", ");
+        table.row(vec![
+            cause.effect.clone(),
+            cause.site.clone(),
+            probability(cause.probability),
+            percent(cause.closes),
+            if rivals.is_empty() { NONE.to_owned() } else { rivals },
+        ]);
+    }
+    table
+}
+
+fn parameters(causes: &[Cause]) -> Table {
+    use Align::{Left, Right};
+    let mut table =
+        Table::new(&[("parameter", Left), ("value", Right), ("95 % interval", Right), ("twin has", Right)]);
+    for cause in causes {
+        for (name, parameter) in &cause.parameters {
+            table.row(vec![
+                format!("{}.{name}", cause.effect),
+                value(parameter.value, &parameter.unit),
+                interval(parameter),
+                value(parameter.twin, &parameter.unit),
+            ]);
+        }
+    }
+    table
+}
+
+fn ranking(diagnosis: &Diagnosis) -> Table {
+    use Align::{Left, Right};
+    let mut table = Table::new(&[
+        ("explanation (each calibrated inside tolerance)", Left),
+        ("probability", Right),
+        ("held-out gap", Right),
+    ]);
+    for ranked in diagnosis.ranking.iter().take(EXPLANATIONS) {
+        let effects = ranked.effects.join(" + ");
+        table.row(vec![
+            if effects.is_empty() { "the twin as it is".to_owned() } else { effects },
+            probability(ranked.probability),
+            format!("{} × noise", plain(ranked.held_out_gap)),
+        ]);
+    }
+    table
+}
