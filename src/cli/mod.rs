@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 2 bad input. A command may return another one of its own.
 
+mod diagnose;
 mod identify;
 mod inspect;
 mod refusal;
@@ -11,6 +12,7 @@ mod table;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
+use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -19,6 +21,9 @@ use slideway::replay::PlantChoice;
 
 /// Exit code of every refusal.
 const BAD_INPUT: u8 = 2;
+
+/// Time between two pictures of a spinner.
+const SPINNER_STEP: Duration = Duration::from_millis(120);
 
 /// A multibody twin of a servo-driven machine axis that says why the real machine disagrees with it.
 #[derive(Debug, Parser)]
@@ -34,6 +39,8 @@ pub struct Arguments {
 /// A new command is a file here, a line in this list and one in [`dispatch`].
 #[derive(Debug, Subcommand)]
 enum Command {
+    /// Say where a recording and the machine's twin disagree, and why
+    Diagnose(diagnose::Diagnose),
     /// Replay strokes through a machine's twin and write the recording
     Replay(replay::Replay),
     /// Identify a sampled transfer function, from a machine's solid model or from a recording
@@ -81,6 +88,22 @@ impl Screen {
         }
         bar
     }
+
+    /// Work whose end is not known, counted on standard error; nothing where that is no terminal or `--quiet`
+    /// was given.
+    fn spinner(&self, what: &'static str) -> ProgressBar {
+        if self.quiet {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::new_spinner().with_prefix(what);
+        if let Ok(style) =
+            ProgressStyle::with_template("{spinner} {prefix} ({pos} done, {elapsed})  {wide_msg}")
+        {
+            bar.set_style(style);
+        }
+        bar.enable_steady_tick(SPINNER_STEP);
+        bar
+    }
 }
 
 /// Runs a command to its exit code; what went wrong is told on standard error.
@@ -106,6 +129,7 @@ pub fn run(arguments: &Arguments) -> ExitCode {
 
 fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure> {
     match command {
+        Command::Diagnose(diagnose) => diagnose.run(screen),
         Command::Replay(replay) => replay.run(screen),
         Command::Identify(identify) => identify.run(screen),
         Command::Inspect(inspect) => inspect.run(screen),

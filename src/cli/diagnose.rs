@@ -1,0 +1,194 @@
+//! `slideway diagnose`: where a recording and the machine's twin disagree, which effect causes it, how far the
+//! gap shrinks.
+
+use std::io::{self, IsTerminal as _, Write as _};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::Args;
+use clap::builder::{PossibleValuesParser, TypedValueParser as _};
+use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::effect::EffectId;
+use slideway::error::{Error, ErrorKind};
+use slideway::machine::Machine;
+use slideway::recording::Recording;
+use slideway::report::{Style, terminal};
+
+use super::setting::{Setting, lay_over};
+use super::{Failure, Screen};
+
+/// Exit code with `--exit-code` when there is a gap, as `diff` has it.
+const GAP_FOUND: u8 = 1;
+/// Columns of the report where the environment variable COLUMNS does not tell.
+const COLUMNS: usize = 88;
+/// Lines longer than this are hard to read.
+const MOST_COLUMNS: usize = 100;
+
+/// Replays the recorded runs through the machine's twin, locates where they disagree, fits every effect of the
+/// catalogue to the training runs and compares them on the held-out runs.
+#[derive(Debug, Args)]
+#[command(
+    after_help = "Exit codes: 0 done, 2 bad input; with --exit-code 1 when there is a gap.\n\nExamples:\n  \
+                        slideway diagnose recordings/LOG\n  \
+                        slideway diagnose recordings/LOG --machine models/MACHINE --json verdict.json"
+)]
+pub(super) struct Diagnose {
+    /// Recording: a folder with recording.toml, or such a file
+    recording: PathBuf,
+    /// Machine folder, or a machine file [default: the one that the recording names]
+    #[arg(long, value_name = "DIR|FILE")]
+    machine: Option<PathBuf>,
+    /// Machine setting in force, by key path; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<Setting>,
+    /// Effect that the machine cannot have, struck from the catalogue; may be given several times
+    #[arg(long, value_name = "EFFECT", value_parser = effect())]
+    without: Vec<EffectId>,
+    /// Write the verdict as JSON, schema slideway-diagnosis/1; - for standard output instead of the report
+    #[arg(long, value_name = "FILE|-")]
+    json: Option<PathBuf>,
+    /// Exit with 1 when there is a gap
+    #[arg(long)]
+    exit_code: bool,
+}
+
+fn effect() -> impl clap::builder::TypedValueParser<Value = EffectId> {
+    let names = EffectId::ALL.iter().map(|effect| effect.name());
+    PossibleValuesParser::new(names).try_map(|name| {
+        EffectId::ALL.iter().copied().find(|effect| effect.name() == name).ok_or("not in the catalogue")
+    })
+}
+
+/// Where the JSON goes.
+enum Destination<'a> {
+    Nowhere,
+    Stdout,
+    File(&'a Path),
+}
+
+impl Diagnose {
+    /// Diagnoses, writes the JSON, and shows the report.
+    pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        let destination = self.destination()?;
+        let recording = Recording::read(&self.recording)?;
+        let machine = self.machine(&recording)?;
+        let diagnosis = self.diagnose(&machine, &recording, screen)?;
+        match destination {
+            Destination::Stdout => {
+                let mut stdout = io::stdout().lock();
+                stdout.write_all(json(&diagnosis)?.as_bytes())?;
+                stdout.flush()?;
+            }
+            Destination::File(path) => write(path, &json(&diagnosis)?)?,
+            Destination::Nowhere => {}
+        }
+        if !matches!(destination, Destination::Stdout) {
+            write!(screen.out, "{}", terminal(&diagnosis, machine.motion(), style()))?;
+        }
+        let is_gap = diagnosis.verdict != Verdict::NoGap;
+        Ok(if self.exit_code && is_gap { ExitCode::from(GAP_FOUND) } else { ExitCode::SUCCESS })
+    }
+
+    /// Where the JSON goes, made sure of before the work begins.
+    fn destination(&self) -> Result<Destination<'_>, Error> {
+        let Some(path) = &self.json else { return Ok(Destination::Nowhere) };
+        if path.as_os_str() == "-" {
+            return Ok(Destination::Stdout);
+        }
+        let refused = |found: &str, expected: &str, remedy: &str| {
+            Err(Error::new(ErrorKind::Io)
+                .file(path)
+                .key("--json")
+                .found(found)
+                .expected(expected)
+                .remedy(remedy))
+        };
+        if path.is_dir() {
+            return refused("a folder", "a file to write", "name a file in it");
+        }
+        if !folder(path).is_dir() {
+            return refused("a file in a folder that is not there", "a folder", "make the folder first");
+        }
+        Ok(Destination::File(path))
+    }
+
+    /// The machine named here or by the recording, with its settings, and of the recording's motion.
+    fn machine(&self, recording: &Recording) -> Result<Machine, Error> {
+        let Some(path) = self.machine.as_ref().or(recording.machine.as_ref()) else {
+            return Err(Error::new(ErrorKind::Missing)
+                .file(&recording.path)
+                .key("machine")
+                .found("a recording that names no machine")
+                .expected("a machine folder")
+                .remedy("give --machine DIR, or put machine = \"DIR\" at the head of the file"));
+        };
+        let machine = Machine::read(path)?;
+        if machine.motion() != recording.motion() {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .file(&recording.path)
+                .key("motion")
+                .found(format!("a {} axis", recording.motion()))
+                .expected(format!("a {} one, as is the machine {}", machine.motion(), path.display()))
+                .remedy("name the machine that was recorded, or correct the signals' names"));
+        }
+        lay_over(&machine, &self.settings, "--set")
+    }
+
+    fn diagnose(
+        &self,
+        machine: &Machine,
+        recording: &Recording,
+        screen: &Screen,
+    ) -> Result<Diagnosis, Error> {
+        let catalogue: Vec<EffectId> =
+            EffectId::ALL.iter().copied().filter(|effect| !self.without.contains(effect)).collect();
+        let spinner = screen.spinner("fitting hypotheses");
+        let progress = |hypothesis: &str| {
+            spinner.inc(1);
+            spinner.set_message(hypothesis.to_owned());
+        };
+        let ended = diagnose(machine, recording, &Options { catalogue: &catalogue, progress: &progress });
+        spinner.finish_and_clear();
+        ended.map_err(|error| error.file(&recording.path))
+    }
+}
+
+fn style() -> Style {
+    let colour = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
+    let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    Style { colour, width: told.unwrap_or(COLUMNS).min(MOST_COLUMNS) }
+}
+
+fn json(diagnosis: &Diagnosis) -> Result<String, Error> {
+    let text = serde_json::to_string_pretty(diagnosis).map_err(|error| {
+        Error::new(ErrorKind::Syntax)
+            .key("--json")
+            .found(error.to_string())
+            .expected("a verdict that can be written as JSON")
+    })?;
+    Ok(text + "\n")
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Writes under a temporary name in the same folder, then renames.
+fn write(path: &Path, text: &str) -> Result<(), Error> {
+    let told = |error: &io::Error| {
+        Error::new(ErrorKind::Io)
+            .file(path)
+            .found(error.to_string())
+            .expected("a file that can be written")
+            .remedy("check the folder and its permissions")
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".verdict-").suffix(".json");
+    // Temporary files are for their owner only; this one becomes a file like any other.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder(path)).map_err(|error| told(&error))?;
+    file.write_all(text.as_bytes()).map_err(|error| told(&error))?;
+    file.persist(path).map_err(|error| told(&error.error))?;
+    Ok(())
+}
