@@ -97,6 +97,9 @@ pub(super) enum Align {
     Right,
 }
 
+/// A column does not give way beyond this.
+const NARROWEST: usize = 12;
+
 /// Columns that line up under their heads; the widest column to the left gives way where a line is too long.
 #[derive(Debug)]
 pub(super) struct Table {
@@ -137,7 +140,7 @@ impl Table {
         let excess = self.width().saturating_sub(style.width);
         let left = (0..widths.len()).filter(|&column| self.align[column] == Align::Left);
         if let Some(widest) = left.max_by_key(|&column| widths[column]) {
-            widths[widest] = widths[widest].saturating_sub(excess).max(12);
+            widths[widest] = widths[widest].saturating_sub(excess).max(widths[widest].min(NARROWEST));
         }
         let mut out = String::new();
         for (k, row) in self.rows.iter().enumerate() {

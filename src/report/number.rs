@@ -26,7 +26,7 @@ pub(super) fn percent(share: f64) -> String {
         "< 0.1 %".to_owned()
     } else if share >= 1.0 - RESOLUTION {
         "> 99.9 %".to_owned()
-    } else if (0.1..0.99).contains(&share) || share < -0.1 {
+    } else if (0.1..0.98).contains(&share) || share < -0.1 {
         format!("{hundred:.0} %")
     } else {
         format!("{hundred:.1} %")
@@ -55,24 +55,28 @@ fn engineering_unit(value: f64, si_unit: &str) -> (f64, String) {
     (10f64.powi(decades as i32), symbol.to_owned())
 }
 
-/// Several values in one unit, that of the largest, between two words: "113 → 2.90 µm".
-fn together(values: [f64; 2], between: &str, si_unit: &str) -> String {
-    let largest = values.iter().filter(|v| v.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()));
-    let (size, symbol) = engineering_unit(largest, si_unit);
-    let [first, second] = values.map(|v| plain(v / size));
-    format!("{first}{between}{second} {symbol}").trim_end().to_owned()
-}
-
-/// Before and after, in one unit.
+/// Before and after, in the unit of the larger one: "113 → 2.90 µm".
 pub(super) fn change(before: f64, after: f64, si_unit: &str) -> String {
-    together([before, after], " → ", si_unit)
+    let largest =
+        [before, after].into_iter().filter(|v| v.is_finite()).fold(0.0, |most: f64, v| most.max(v.abs()));
+    let (size, symbol) = engineering_unit(largest, si_unit);
+    format!("{} → {} {symbol}", plain(before / size), plain(after / size)).trim_end().to_owned()
 }
 
-/// From one value to another, in one unit.
+/// From one value to another, in one unit and without idle zeros: "5 to 2000 Hz".
 pub(super) fn range(from: f64, to: f64, si_unit: &str) -> String {
+    if !(from.is_finite() && to.is_finite()) {
+        return NONE.to_owned();
+    }
     // An end that only rounding keeps from zero is zero.
-    let tidy = |end: f64| if end.abs() < 1e-6 * (to - from).abs() { 0.0 } else { end };
-    together([tidy(from), tidy(to)], " to ", si_unit)
+    let [from, to] = [from, to].map(|end| if end.abs() < 1e-6 * (to - from).abs() { 0.0 } else { end });
+    let (small, large) = (from.abs().min(to.abs()), from.abs().max(to.abs()));
+    let of_small = engineering_unit(small, si_unit);
+    let (size, symbol) =
+        if small > 0.0 && large < 1e4 * of_small.0 { of_small } else { engineering_unit(large, si_unit) };
+    let digits = |end: f64| format!("{:.2e}", end / size).parse().unwrap_or(end / size);
+    let [from, to]: [f64; 2] = [digits(from), digits(to)];
+    format!("{from} to {to} {symbol}").trim_end().to_owned()
 }
 
 /// A parameter with its 95 % interval, to the digits that the interval allows: "15.0 ± 0.3 N".
@@ -113,7 +117,7 @@ fn places(uncertainty: f64) -> usize {
     }
     let decade = uncertainty.log10().floor();
     let leading = uncertainty / 10f64.powf(decade);
-    let places = -decade + if leading < 2.0 { 1.0 } else { 0.0 };
+    let places = -decade + if leading < 1.95 { 1.0 } else { 0.0 };
     places.clamp(0.0, 8.0) as usize
 }
 
@@ -160,6 +164,7 @@ mod tests {
             (1.03, "> 99.9 %"),
             (0.9949, "99.5 %"),
             (0.942, "94 %"),
+            (0.9849, "98.5 %"),
             (0.0412, "4.1 %"),
             (1e-9, "< 0.1 %"),
             (0.0, "0 %"),
@@ -196,7 +201,9 @@ mod tests {
         assert_eq!(change(1.13e-4, 2.9e-6, "m"), "113 → 2.90 µm");
         assert_eq!(change(1.13e-4, f64::NAN, "m"), "113 → – µm");
         assert_eq!(change(0.0, 0.0, "m"), "0 → 0 m");
-        assert_eq!(range(-1e-12, 2.1e-3, "m"), "0 to 2.10 mm");
+        assert_eq!(range(-1e-12, 2.1e-3, "m"), "0 to 2.1 mm");
+        assert_eq!(range(5.0, 2000.0, "Hz"), "5 to 2000 Hz");
+        assert_eq!(range(-4e-4, 2e-2, "m"), "-0.4 to 20 mm");
         assert_eq!(determination(0.999_998_9), "0.99999");
     }
 

@@ -49,7 +49,7 @@ fn signal_path(shares: &[Share]) -> String {
     let share = |site: Site| shares.iter().find(|s| s.name == site.name()).map_or(f64::NAN, |s| s.share);
     let line = |cell: &dyn Fn(Site) -> String, between: &str| {
         let cells: Vec<String> = Site::ALL.iter().map(|&site| format!("{:<SITE$}", cell(site))).collect();
-        format!("{INDENT}{}\n", cells.join(between).trim_end())
+        format!("{}\n", format!("{INDENT}{}", cells.join(between)).trim_end())
     };
     let names = line(&|site| site.name().to_owned(), " → ");
     let bars = line(&|site| bar(share(site), SITE), "   ");

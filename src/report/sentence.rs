@@ -63,13 +63,16 @@ fn no_gap(diagnosis: &Diagnosis) -> String {
 fn cause(diagnosis: &Diagnosis, motion: Motion) -> String {
     let mut text = match &diagnosis.causes[..] {
         [] => format!("The gap is {}.", times_noise(diagnosis.gap.before)),
-        [one] => format!("{} causes {} of the gap", described(one), percent(one.closes)),
+        [one] => {
+            let comma = if one.parameters.is_empty() { "" } else { "," };
+            format!("{}{comma} causes {} of the gap", described(one), percent(one.closes))
+        }
         several => {
             let parts: Vec<String> = several
                 .iter()
                 .map(|cause| format!("{} ({})", described(cause), percent(cause.closes)))
                 .collect();
-            format!("{} together cause {} of the gap", listed(&parts), percent(diagnosis.gap.closed))
+            format!("{}, together cause {} of the gap", parts.join(", and "), percent(diagnosis.gap.closed))
         }
     };
     if let (Some(signal), false) = (position(&diagnosis.gap.signals), diagnosis.causes.is_empty()) {
@@ -130,7 +133,7 @@ fn without_unit(key: &str) -> &str {
     UNITS.iter().find_map(|unit| key.strip_suffix(unit)).filter(|rest| !rest.is_empty()).unwrap_or(key)
 }
 
-/// "Coulomb friction on the guide, 15.0 ± 0.3 N,"
+/// "Coulomb friction on the guide, 15.0 ± 0.3 N".
 fn described(cause: &Cause) -> String {
     let at = if cause.site == "guide" { "on" } else { "in" };
     let alone = cause.parameters.len() == 1;
@@ -145,7 +148,7 @@ fn described(cause: &Cause) -> String {
         })
         .collect();
     let what = format!("{} {at} the {}", phrase(&cause.effect), cause.site);
-    if parameters.is_empty() { what } else { format!("{what}, {},", parameters.join(", ")) }
+    if parameters.is_empty() { what } else { format!("{what}, {}", parameters.join(", ")) }
 }
 
 /// "a, b and c".
