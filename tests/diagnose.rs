@@ -1,15 +1,14 @@
 //! Diagnoses with known truth: effects hidden in the rigid-body scene, and the real axis whose parameters are
 //! published.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
-use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run};
 use slideway::replay::recording::recorded;
 use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
 use slideway::twin::Sensing;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const GRINDER: &str = "models/grinder";
 
@@ -121,4 +120,66 @@ fn ref_nothing_hidden_is_no_gap() {
         report("null", &d);
         assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
     }
+}
+
+/// One effect each, hidden in the scene: id, settings, and the parameter to be found within a fraction of its size.
+#[test]
+fn ref_each_hidden_effect_is_named_with_its_size() {
+    let cases: [(&str, &[(&str, f64)], f64); 8] = [
+        ("viscous_friction", &[("viscous_n_s_per_m", 500.0)], 0.02),
+        ("coulomb_friction", &[("force_n", 4.0)], 0.05),
+        ("coulomb_friction", &[("force_n", 60.0)], 0.03),
+        ("constant_force", &[("force_n", -12.0)], 0.03),
+        ("payload", &[("mass_kg", 6.0)], 0.03),
+        ("payload", &[("mass_kg", -8.0)], 0.03),
+        ("loop_delay", &[("delay_s", 400e-6)], 0.03),
+        (
+            "asymmetric_friction",
+            &[
+                ("coulomb_positive_n", 8.0),
+                ("coulomb_negative_n", 16.0),
+                ("viscous_positive_n_s_per_m", 300.0),
+                ("viscous_negative_n_s_per_m", 420.0),
+            ],
+            0.05,
+        ),
+    ];
+    let mut faults = Vec::new();
+    for (seed, (effect, parameters, within)) in cases.into_iter().enumerate() {
+        let keys: Vec<(String, f64)> =
+            parameters.iter().map(|(name, value)| (format!("effect.{effect}.{name}"), *value)).collect();
+        let hidden: Vec<(&str, f64)> = keys.iter().map(|(key, value)| (key.as_str(), *value)).collect();
+        let d = run_diagnosis(&machine(GRINDER), &recording(&hidden, 40 + seed as u64));
+        report(&format!("{effect} {parameters:?}"), &d);
+        if (d.verdict, named(&d)) != (Verdict::Cause, vec![effect]) {
+            faults.push(format!("{effect}: {:?} {:?}", d.verdict, named(&d)));
+            continue;
+        }
+        for (name, value) in parameters {
+            let found = d.causes[0].parameters[*name].value;
+            if (found / value - 1.0).abs() > within {
+                faults.push(format!("{effect}.{name}: {found} instead of {value}"));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+#[test]
+fn ref_two_hidden_effects_are_both_named() {
+    let hidden = [("effect.coulomb_friction.force_n", 12.0), ("effect.payload.mass_kg", 7.0)];
+    let d = run_diagnosis(&machine(GRINDER), &recording(&hidden, 77));
+    report("coulomb + payload", &d);
+    let mut effects = named(&d);
+    effects.sort_unstable();
+    assert_eq!((d.verdict, effects), (Verdict::Cause, vec!["coulomb_friction", "payload"]));
+}
+
+/// Errors of the stated constants inside their tolerances are calibration, not causes.
+#[test]
+fn ref_small_errors_of_stated_constants_are_no_cause() {
+    let hidden = [("effect.payload.mass_kg", 0.5), ("effect.viscous_friction.viscous_n_s_per_m", 320.0)];
+    let d = run_diagnosis(&machine(GRINDER), &recording(&hidden, 78));
+    report("inside tolerance", &d);
+    assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
 }
