@@ -30,18 +30,22 @@ fn float(value: f64) -> toml::Value {
     toml::Value::Float(value)
 }
 
-/// A recording of strokes there and back, made in the rigid-body scene with `hidden` settings and stated noise.
-fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
+/// A recording made in the rigid-body scene with `hidden` settings and the stated noise; `legs` are fractions of
+/// each cell's stroke, one after the other.
+fn recording_of(hidden: &[(&str, f64)], seed: u64, legs: &[f64]) -> Recording {
     let stated = machine(GRINDER);
     let real = stated.with_settings(hidden.iter().map(|(key, value)| (*key, float(*value)))).unwrap();
     let runs: Vec<Run> = CELLS
         .iter()
         .map(|&(stroke, feed, role)| {
-            let stroke = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-            let back = Stroke { stroke: -stroke.stroke, ..stroke };
-            let motion = Motion { strokes: vec![stroke, back], lead_s: 0.1, dwell_s: 0.4, ramp_s: 0.02 };
-            let reference = motion.reference(real.description().sample_period_s);
-            let name = format!("stroke{:.0}_feed{feed:.0}", stroke.stroke * 1e3);
+            let whole = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
+            let strokes = legs.iter().map(|share| Stroke { stroke: share * whole.stroke, ..whole }).collect();
+            let motion = Motion { strokes, lead_s: 0.1, dwell_s: 0.4, ramp_s: 0.02 };
+            let mut reference = motion.reference(real.description().sample_period_s);
+            if legs.is_empty() {
+                reference.resize(2000, 0.0);
+            }
+            let name = format!("stroke{:.0}_feed{feed:.0}", whole.stroke * 1e3);
             let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
             let traces = simulate(&real, PlantChoice::Rapier, sensing, &reference, |_| ()).unwrap();
             let mut run = recorded(&name, &stated, &reference, traces).unwrap();
@@ -50,6 +54,11 @@ fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
         })
         .collect();
     Recording::new(runs).unwrap()
+}
+
+/// Strokes there and back.
+fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
+    recording_of(hidden, seed, &[1.0, -1.0])
 }
 
 fn report(name: &str, d: &Diagnosis) {
@@ -182,4 +191,53 @@ fn ref_small_errors_of_stated_constants_are_no_cause() {
     let d = run_diagnosis(&machine(GRINDER), &recording(&hidden, 78));
     report("inside tolerance", &d);
     assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
+}
+
+/// Refusals: an effect that the data do not excite is not named. At standstill, friction, mass and delay leave no
+/// trace; only what pushes does.
+#[test]
+fn ref_effects_that_standstill_does_not_excite_are_not_named() {
+    let hidden = [
+        ("effect.viscous_friction.viscous_n_s_per_m", 600.0),
+        ("effect.coulomb_friction.force_n", 15.0),
+        ("effect.payload.mass_kg", 8.0),
+        ("effect.loop_delay.delay_s", 250e-6),
+        ("effect.asymmetric_friction.coulomb_positive_n", 15.0),
+    ];
+    for (seed, one) in hidden.into_iter().enumerate() {
+        let mut all = vec![one];
+        if one.0.contains("asymmetric") {
+            all.extend([
+                ("effect.asymmetric_friction.coulomb_negative_n", 9.0),
+                ("effect.asymmetric_friction.viscous_positive_n_s_per_m", 300.0),
+                ("effect.asymmetric_friction.viscous_negative_n_s_per_m", 500.0),
+            ]);
+        }
+        let d = run_diagnosis(&machine(GRINDER), &recording_of(&all, 300 + seed as u64, &[]));
+        report(&format!("standstill, {}", one.0), &d);
+        assert_eq!(named(&d), Vec::<&str>::new(), "{}", one.0);
+        assert!(d.checks.iter().any(|finding| finding.message.contains("never moves")));
+    }
+}
+
+/// Strokes in one direction only, with their settling: Coulomb friction still shows where the axis stops.
+#[test]
+fn ref_coulomb_friction_is_named_from_strokes_in_one_direction() {
+    let hidden = [("effect.coulomb_friction.force_n", 15.0)];
+    let d = run_diagnosis(&machine(GRINDER), &recording_of(&hidden, 400, &[1.0]));
+    report("one direction", &d);
+    assert_eq!((d.verdict, named(&d)), (Verdict::Cause, vec!["coulomb_friction"]));
+    assert!((d.causes[0].parameters["force_n"].value / 15.0 - 1.0).abs() < 0.03);
+    assert!(d.checks.iter().any(|finding| finding.message.contains("one direction")));
+}
+
+/// The same recording with its runs in another order gives the same answer.
+#[test]
+fn exact_order_of_runs_does_not_matter() {
+    let recording = recording(&[("effect.payload.mass_kg", 5.0)], 500);
+    let mut runs = recording.runs().to_vec();
+    runs.reverse();
+    let turned = Recording::new(runs).unwrap();
+    let (a, b) = (run_diagnosis(&machine(GRINDER), &recording), run_diagnosis(&machine(GRINDER), &turned));
+    assert_eq!(serde_json::to_string(&a.causes).unwrap(), serde_json::to_string(&b.causes).unwrap());
 }
