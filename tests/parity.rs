@@ -59,8 +59,10 @@ fn assert_parity(machine: &Machine, cells: &[(f64, f64)]) {
         let position = rms_difference(&axis.position, &rapier.position);
         let velocity = rms_difference(&axis.velocity, &rapier.velocity);
         let thrust = rms_difference(&axis.thrust, &rapier.thrust);
-        println!("{cell:?}: position {position:.2e} m, velocity {velocity:.2e} m/s, thrust {thrust:.2e} N");
-        assert!(position <= ENCODER_STEP_M, "{cell:?}: {position:e} m");
+        assert!(
+            position <= ENCODER_STEP_M,
+            "{cell:?}: position {position:.2e} m, velocity {velocity:.2e} m/s, thrust {thrust:.2e} N"
+        );
     }
 }
 
@@ -120,7 +122,6 @@ fn ref_published_overshoots_and_their_cure() {
     for (cell, before, after) in SHEET {
         for (machine, expected) in [(&stated, before), (&retuned, after)] {
             let found = overshoots(machine, cell);
-            println!("{cell:?} {expected:?} {found:.3?}");
             for (e, f) in expected.iter().zip(found) {
                 assert!((e - f).abs() < SHEET_TOLERANCE, "{cell:?}: expected {expected:?}, found {found:?}");
             }
