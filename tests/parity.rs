@@ -101,8 +101,9 @@ fn overshoots(machine: &Machine, cell: (f64, f64)) -> [f64; 3] {
     ]
 }
 
-/// The physics sheet's table: cell, then overshoots with 19/260 and with 22/220.
-const SHEET: [((f64, f64), [f64; 3], [f64; 3]); 3] = [
+/// One row of the physics sheet's table: cell, then overshoots with 19/260 and with 22/220.
+type Row = ((f64, f64), [f64; 3], [f64; 3]);
+const SHEET: [Row; 3] = [
     ((0.02, 8.0), [4.09, 0.76, -3.15], [0.0, -0.8, 0.0]),
     ((0.03, 16.0), [4.36, -7.1, -2.52], [0.0, -2.8, 0.0]),
     ((0.05, 16.0), [3.79, 3.98, -3.65], [0.0, -0.2, 0.0]),

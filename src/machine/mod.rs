@@ -46,8 +46,7 @@ impl Machine {
         })?;
         let description: Description =
             toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
-        let table: toml::Table =
-            toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
+        let table: toml::Table = toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
         description.check().map_err(|e| e.file(&file))?;
         let folder = file.parent().unwrap_or(Path::new("."));
         let solid = Solid::import_with_joint(&folder.join(&description.urdf), description.joint.as_deref())?;

@@ -46,7 +46,8 @@ impl VelocityEstimate {
     /// What is wrong with the configuration, if anything.
     pub fn fault(&self) -> Option<String> {
         match self {
-            Self::SmoothedDifference { time_constant_s } => (time_constant_s.is_nan() || *time_constant_s < 0.0)
+            Self::SmoothedDifference { time_constant_s } => (time_constant_s.is_nan()
+                || *time_constant_s < 0.0)
                 .then(|| format!("time_constant_s = {time_constant_s}, expected zero or more")),
             Self::Taps { taps } => {
                 let sum: f64 = taps.iter().sum();
