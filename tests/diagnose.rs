@@ -131,10 +131,12 @@ fn ref_nothing_hidden_is_no_gap() {
     }
 }
 
-/// One effect each, hidden in the scene: id, settings, and the parameter to be found within a fraction of its size.
+/// An effect, its hidden parameters, and the fraction of their size within which they must be found.
+type Case = (&'static str, &'static [(&'static str, f64)], f64);
+
 #[test]
 fn ref_each_hidden_effect_is_named_with_its_size() {
-    let cases: [(&str, &[(&str, f64)], f64); 8] = [
+    let cases: [Case; 8] = [
         ("viscous_friction", &[("viscous_n_s_per_m", 500.0)], 0.02),
         ("coulomb_friction", &[("force_n", 4.0)], 0.05),
         ("coulomb_friction", &[("force_n", 60.0)], 0.03),

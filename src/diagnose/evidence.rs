@@ -127,7 +127,7 @@ fn finite(residual: f64) -> f64 {
 /// 1 + 2·Σ ρ(lag) up to the first lag at which the autocorrelation has died out; at least 1.
 fn inflation(residual: &[f64]) -> f64 {
     let power: f64 = residual.iter().map(|x| x * x).sum();
-    if !(power > 0.0) {
+    if power <= 0.0 {
         return 1.0;
     }
     let mut sum = 1.0;

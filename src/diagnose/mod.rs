@@ -21,7 +21,7 @@ use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{HeldOutRuns, Recording, SplitRule, TrainingRuns};
-use evidence::{Score, closed};
+use evidence::Score;
 use experiment::Experiment;
 use fit::fit;
 use noise::Floor;
@@ -166,17 +166,4 @@ impl<'a> Ready<'a> {
         let excess = before / count - 1.0;
         Ok(if excess > 0.0 { 1.0 - (after / count - 1.0) / excess } else { 0.0 })
     }
-}
-
-/// The closed share of the gap between two machines on a set of runs; for checks outside the search.
-///
-/// # Errors
-/// Whatever a replay refuses.
-pub fn closed_between(
-    before: &Machine,
-    after: &Machine,
-    runs: &[Experiment],
-    floor: &Floor,
-) -> Result<evidence::Closed> {
-    Ok(closed(&Score::of(before, runs, floor)?, &Score::of(after, runs, floor)?))
 }

@@ -29,7 +29,7 @@ pub enum Source {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
     levels: BTreeMap<Signal, (f64, Source)>,
-    profiles: BTreeMap<(String, Signal), Vec<f64>>,
+    profiles: BTreeMap<Channel, Vec<f64>>,
 }
 
 /// Fraction of a signal's RMS below which a floor would only measure rounding of numbers.
@@ -209,9 +209,12 @@ const DRAWS: u64 = 4;
 /// Half width of the window over which σ(t) is averaged, in s.
 const WINDOW_S: f64 = 10e-3;
 
+/// A signal of a run.
+type Channel = (String, Signal);
+
 /// σ(t) of each signal of each run from the declared noise of the sensors.
 struct Declared {
-    sigma: BTreeMap<(String, Signal), Vec<f64>>,
+    sigma: BTreeMap<Channel, Vec<f64>>,
 }
 
 impl Declared {
@@ -227,7 +230,7 @@ impl Declared {
         Ok(Self { sigma: all?.into_iter().flatten().collect() })
     }
 
-    fn of_run(machine: &Machine, experiment: &Experiment) -> Result<Vec<((String, Signal), Vec<f64>)>> {
+    fn of_run(machine: &Machine, experiment: &Experiment) -> Result<Vec<(Channel, Vec<f64>)>> {
         let clean = experiment.predict(machine, Sensing::Perfect)?;
         let mut squares = vec![vec![0.0; experiment.samples()]; experiment.signals().len()];
         for seed in 0..DRAWS {
@@ -254,8 +257,8 @@ impl Declared {
         Some(*all.select_nth_unstable_by(middle, f64::total_cmp).1)
     }
 
-    fn profiles(self, levels: &BTreeMap<Signal, (f64, Source)>) -> BTreeMap<(String, Signal), Vec<f64>> {
-        let widen = |((name, signal), sigma): ((String, Signal), Vec<f64>)| {
+    fn profiles(self, levels: &BTreeMap<Signal, (f64, Source)>) -> BTreeMap<Channel, Vec<f64>> {
+        let widen = |((name, signal), sigma): (Channel, Vec<f64>)| {
             let level = levels.get(&signal).map_or(1.0, |level| level.0);
             ((name, signal), sigma.into_iter().map(|s| (s / level).max(1.0)).collect())
         };

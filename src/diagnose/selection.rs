@@ -101,7 +101,7 @@ impl Search<'_> {
     fn evaluate(&self, effects: &EffectSet, known: Option<&Fit>) -> Result<Candidate> {
         let mut hypothesis = Hypothesis::new(self.machine, effects, self.screen);
         if let Some(known) = known {
-            hypothesis.start_from(known);
+            hypothesis.start_from(&known.hypothesis, &known.values);
         }
         let earlier = self.earlier.and_then(|found| found.index(effects).map(|k| &found.candidates[k].fit));
         let warm = earlier.map(|fit| fit.values.as_slice());
