@@ -1,15 +1,14 @@
 //! Diagnoses with known truth: effects hidden in the rigid-body scene, and the real axis whose parameters are
 //! published.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
-use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run};
 use slideway::replay::recording::recorded;
 use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
 use slideway::twin::Sensing;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 const GRINDER: &str = "models/grinder";
 
@@ -31,18 +30,22 @@ fn float(value: f64) -> toml::Value {
     toml::Value::Float(value)
 }
 
-/// A recording of strokes there and back, made in the rigid-body scene with `hidden` settings and stated noise.
-fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
+/// A recording made in the rigid-body scene with `hidden` settings and the stated noise; `legs` are fractions of
+/// each cell's stroke, one after the other.
+fn recording_of(hidden: &[(&str, f64)], seed: u64, legs: &[f64]) -> Recording {
     let stated = machine(GRINDER);
     let real = stated.with_settings(hidden.iter().map(|(key, value)| (*key, float(*value)))).unwrap();
     let runs: Vec<Run> = CELLS
         .iter()
         .map(|&(stroke, feed, role)| {
-            let stroke = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-            let back = Stroke { stroke: -stroke.stroke, ..stroke };
-            let motion = Motion { strokes: vec![stroke, back], lead_s: 0.1, dwell_s: 0.4, ramp_s: 0.02 };
-            let reference = motion.reference(real.description().sample_period_s);
-            let name = format!("stroke{:.0}_feed{feed:.0}", stroke.stroke * 1e3);
+            let whole = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
+            let strokes = legs.iter().map(|share| Stroke { stroke: share * whole.stroke, ..whole }).collect();
+            let motion = Motion { strokes, lead_s: 0.1, dwell_s: 0.4, ramp_s: 0.02 };
+            let mut reference = motion.reference(real.description().sample_period_s);
+            if legs.is_empty() {
+                reference.resize(2000, 0.0);
+            }
+            let name = format!("stroke{:.0}_feed{feed:.0}", whole.stroke * 1e3);
             let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
             let traces = simulate(&real, PlantChoice::Rapier, sensing, &reference, |_| ()).unwrap();
             let mut run = recorded(&name, &stated, &reference, traces).unwrap();
@@ -51,6 +54,11 @@ fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
         })
         .collect();
     Recording::new(runs).unwrap()
+}
+
+/// Strokes there and back.
+fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
+    recording_of(hidden, seed, &[1.0, -1.0])
 }
 
 fn report(name: &str, d: &Diagnosis) {
@@ -121,4 +129,117 @@ fn ref_nothing_hidden_is_no_gap() {
         report("null", &d);
         assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
     }
+}
+
+/// An effect, its hidden parameters, and the fraction of their size within which they must be found.
+type Case = (&'static str, &'static [(&'static str, f64)], f64);
+
+#[test]
+fn ref_each_hidden_effect_is_named_with_its_size() {
+    let cases: [Case; 8] = [
+        ("viscous_friction", &[("viscous_n_s_per_m", 500.0)], 0.02),
+        ("coulomb_friction", &[("force_n", 4.0)], 0.05),
+        ("coulomb_friction", &[("force_n", 60.0)], 0.03),
+        ("constant_force", &[("force_n", -12.0)], 0.03),
+        ("payload", &[("mass_kg", 6.0)], 0.03),
+        ("payload", &[("mass_kg", -8.0)], 0.03),
+        ("loop_delay", &[("delay_s", 400e-6)], 0.03),
+        (
+            "asymmetric_friction",
+            &[
+                ("coulomb_positive_n", 8.0),
+                ("coulomb_negative_n", 16.0),
+                ("viscous_positive_n_s_per_m", 300.0),
+                ("viscous_negative_n_s_per_m", 420.0),
+            ],
+            0.05,
+        ),
+    ];
+    let mut faults = Vec::new();
+    for (seed, (effect, parameters, within)) in cases.into_iter().enumerate() {
+        let keys: Vec<(String, f64)> =
+            parameters.iter().map(|(name, value)| (format!("effect.{effect}.{name}"), *value)).collect();
+        let hidden: Vec<(&str, f64)> = keys.iter().map(|(key, value)| (key.as_str(), *value)).collect();
+        let d = run_diagnosis(&machine(GRINDER), &recording(&hidden, 40 + seed as u64));
+        report(&format!("{effect} {parameters:?}"), &d);
+        if (d.verdict, named(&d)) != (Verdict::Cause, vec![effect]) {
+            faults.push(format!("{effect}: {:?} {:?}", d.verdict, named(&d)));
+            continue;
+        }
+        for (name, value) in parameters {
+            let found = d.causes[0].parameters[*name].value;
+            if (found / value - 1.0).abs() > within {
+                faults.push(format!("{effect}.{name}: {found} instead of {value}"));
+            }
+        }
+    }
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+#[test]
+fn ref_two_hidden_effects_are_both_named() {
+    let hidden = [("effect.coulomb_friction.force_n", 12.0), ("effect.payload.mass_kg", 7.0)];
+    let d = run_diagnosis(&machine(GRINDER), &recording(&hidden, 77));
+    report("coulomb + payload", &d);
+    let mut effects = named(&d);
+    effects.sort_unstable();
+    assert_eq!((d.verdict, effects), (Verdict::Cause, vec!["coulomb_friction", "payload"]));
+}
+
+/// Errors of the stated constants inside their tolerances are calibration, not causes.
+#[test]
+fn ref_small_errors_of_stated_constants_are_no_cause() {
+    let hidden = [("effect.payload.mass_kg", 0.5), ("effect.viscous_friction.viscous_n_s_per_m", 320.0)];
+    let d = run_diagnosis(&machine(GRINDER), &recording(&hidden, 78));
+    report("inside tolerance", &d);
+    assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
+}
+
+/// Refusals: an effect that the data do not excite is not named. At standstill, friction, mass and delay leave no
+/// trace; only what pushes does.
+#[test]
+fn ref_effects_that_standstill_does_not_excite_are_not_named() {
+    let hidden = [
+        ("effect.viscous_friction.viscous_n_s_per_m", 600.0),
+        ("effect.coulomb_friction.force_n", 15.0),
+        ("effect.payload.mass_kg", 8.0),
+        ("effect.loop_delay.delay_s", 250e-6),
+        ("effect.asymmetric_friction.coulomb_positive_n", 15.0),
+    ];
+    for (seed, one) in hidden.into_iter().enumerate() {
+        let mut all = vec![one];
+        if one.0.contains("asymmetric") {
+            all.extend([
+                ("effect.asymmetric_friction.coulomb_negative_n", 9.0),
+                ("effect.asymmetric_friction.viscous_positive_n_s_per_m", 300.0),
+                ("effect.asymmetric_friction.viscous_negative_n_s_per_m", 500.0),
+            ]);
+        }
+        let d = run_diagnosis(&machine(GRINDER), &recording_of(&all, 300 + seed as u64, &[]));
+        report(&format!("standstill, {}", one.0), &d);
+        assert_eq!(named(&d), Vec::<&str>::new(), "{}", one.0);
+        assert!(d.checks.iter().any(|finding| finding.message.contains("never moves")));
+    }
+}
+
+/// Strokes in one direction only, with their settling: Coulomb friction still shows where the axis stops.
+#[test]
+fn ref_coulomb_friction_is_named_from_strokes_in_one_direction() {
+    let hidden = [("effect.coulomb_friction.force_n", 15.0)];
+    let d = run_diagnosis(&machine(GRINDER), &recording_of(&hidden, 400, &[1.0]));
+    report("one direction", &d);
+    assert_eq!((d.verdict, named(&d)), (Verdict::Cause, vec!["coulomb_friction"]));
+    assert!((d.causes[0].parameters["force_n"].value / 15.0 - 1.0).abs() < 0.03);
+    assert!(d.checks.iter().any(|finding| finding.message.contains("one direction")));
+}
+
+/// The same recording with its runs in another order gives the same answer.
+#[test]
+fn exact_order_of_runs_does_not_matter() {
+    let recording = recording(&[("effect.payload.mass_kg", 5.0)], 500);
+    let mut runs = recording.runs().to_vec();
+    runs.reverse();
+    let turned = Recording::new(runs).unwrap();
+    let (a, b) = (run_diagnosis(&machine(GRINDER), &recording), run_diagnosis(&machine(GRINDER), &turned));
+    assert_eq!(serde_json::to_string(&a.causes).unwrap(), serde_json::to_string(&b.causes).unwrap());
 }

@@ -59,8 +59,10 @@ fn assert_parity(machine: &Machine, cells: &[(f64, f64)]) {
         let position = rms_difference(&axis.position, &rapier.position);
         let velocity = rms_difference(&axis.velocity, &rapier.velocity);
         let thrust = rms_difference(&axis.thrust, &rapier.thrust);
-        println!("{cell:?}: position {position:.2e} m, velocity {velocity:.2e} m/s, thrust {thrust:.2e} N");
-        assert!(position <= ENCODER_STEP_M, "{cell:?}: {position:e} m");
+        assert!(
+            position <= ENCODER_STEP_M,
+            "{cell:?}: position {position:.2e} m, velocity {velocity:.2e} m/s, thrust {thrust:.2e} N"
+        );
     }
 }
 
@@ -99,8 +101,9 @@ fn overshoots(machine: &Machine, cell: (f64, f64)) -> [f64; 3] {
     ]
 }
 
-/// The physics sheet's table: cell, then overshoots with 19/260 and with 22/220.
-const SHEET: [((f64, f64), [f64; 3], [f64; 3]); 3] = [
+/// One row of the physics sheet's table: cell, then overshoots with 19/260 and with 22/220.
+type Row = ((f64, f64), [f64; 3], [f64; 3]);
+const SHEET: [Row; 3] = [
     ((0.02, 8.0), [4.09, 0.76, -3.15], [0.0, -0.8, 0.0]),
     ((0.03, 16.0), [4.36, -7.1, -2.52], [0.0, -2.8, 0.0]),
     ((0.05, 16.0), [3.79, 3.98, -3.65], [0.0, -0.2, 0.0]),
@@ -120,7 +123,6 @@ fn ref_published_overshoots_and_their_cure() {
     for (cell, before, after) in SHEET {
         for (machine, expected) in [(&stated, before), (&retuned, after)] {
             let found = overshoots(machine, cell);
-            println!("{cell:?} {expected:?} {found:.3?}");
             for (e, f) in expected.iter().zip(found) {
                 assert!((e - f).abs() < SHEET_TOLERANCE, "{cell:?}: expected {expected:?}, found {found:?}");
             }

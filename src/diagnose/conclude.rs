@@ -43,7 +43,7 @@ fn rivals(found: &Found) -> impl Iterator<Item = (&Candidate, f64)> {
 }
 
 /// The named causes, most closing first.
-pub fn causes(found: &Found, before: &Score, machine: &Machine) -> Vec<Cause> {
+pub fn causes(found: &Found, before: &Score) -> Vec<Cause> {
     let chosen = &found.candidates[found.chosen];
     let total = closed(before, &chosen.score).value;
     let contributions = contributions(found, before, total);
@@ -56,7 +56,7 @@ pub fn causes(found: &Found, before: &Score, machine: &Machine) -> Vec<Cause> {
             probability: probability(found, effect),
             closes: contributions.get(&effect).copied().unwrap_or(0.0),
             confusable_with: confusable(found, effect),
-            parameters: parameters(&chosen.fit, effect, machine),
+            parameters: parameters(&chosen.fit, effect),
         })
         .collect();
     causes.sort_by(|a, b| b.closes.total_cmp(&a.closes));
@@ -106,8 +106,7 @@ fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     names
 }
 
-fn parameters(fit: &Fit, effect: EffectId, machine: &Machine) -> BTreeMap<String, Parameter> {
-    let _ = machine;
+fn parameters(fit: &Fit, effect: EffectId) -> BTreeMap<String, Parameter> {
     fit.hypothesis
         .free
         .iter()
@@ -151,20 +150,32 @@ pub fn effects(found: &Found, catalogue: &[EffectId]) -> Vec<EffectProbability> 
 
 /// Every explanation looked at, most probable first.
 pub fn ranking(found: &Found) -> Vec<Ranked> {
-    let mut list: Vec<Ranked> = found
-        .candidates
-        .iter()
-        .zip(&found.posterior)
-        .map(|(candidate, &probability)| Ranked {
-            effects: candidate.effects().iter().map(|e| e.name().to_string()).collect(),
-            probability,
-            held_out_gap: candidate.score.gap(),
-        })
-        .collect();
+    let pairs = found.candidates.iter().zip(&found.posterior);
+    let mut list: Vec<Ranked> =
+        pairs.map(|(candidate, &probability)| ranked(candidate, probability)).collect();
     list.sort_by(|a, b| {
         b.probability.total_cmp(&a.probability).then(a.held_out_gap.total_cmp(&b.held_out_gap))
     });
     list
+}
+
+/// Better explanations whose gain is too small to name beside this gap, best first.
+pub fn refinements(found: &Found, before: &Score) -> Vec<Ranked> {
+    let indices = (0..found.candidates.len()).filter(|&k| found.is_refinement(k, before));
+    let mut list: Vec<Ranked> = indices.map(|k| ranked(&found.candidates[k], found.posterior[k])).collect();
+    list.sort_by(|a, b| {
+        a.held_out_gap.total_cmp(&b.held_out_gap).then(a.effects.len().cmp(&b.effects.len()))
+    });
+    list.truncate(3);
+    list
+}
+
+fn ranked(candidate: &Candidate, probability: f64) -> Ranked {
+    Ranked {
+        effects: candidate.effects().iter().map(|e| e.name().to_string()).collect(),
+        probability,
+        held_out_gap: candidate.score.gap(),
+    }
 }
 
 /// Gap before and after, signal by signal.
@@ -189,7 +200,7 @@ pub fn gap(
                 signal: signal.key(machines[0].motion()).to_string(),
                 rms_before: b.rms,
                 rms_after: a.rms,
-                noise: floor.sigma(signal),
+                noise: floor.root_mean_square(signal, held_out),
                 noise_source: floor.source(signal),
                 mae_before: b.mae,
                 mae_after: a.mae,

@@ -1,6 +1,6 @@
 //! Held-out evidence: how well fitted hypotheses predict runs they have not seen.
 
-use super::experiment::{Experiment, trace};
+use super::experiment::Experiment;
 use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -33,10 +33,8 @@ impl Score {
             let predicted = experiment.predict(machine, Sensing::Perfect)?;
             let mut residuals: Vec<(Signal, Vec<f64>)> = Vec::new();
             for &signal in experiment.signals() {
-                let Some(measured) = experiment.run().signal(signal) else { continue };
-                let scale = 1.0 / floor.sigma(signal);
-                let pairs = measured.iter().zip(trace(&predicted, signal));
-                let residual: Vec<f64> = pairs.map(|(m, p)| finite((m - p) * scale)).collect();
+                let residual = floor.normalised(experiment, signal, &predicted);
+                let residual: Vec<f64> = residual.into_iter().map(finite).collect();
                 let weight = residual.len() as f64;
                 let inflation = inflation(&residual);
                 match lags.iter_mut().find(|(s, ..)| *s == signal) {
@@ -129,7 +127,7 @@ fn finite(residual: f64) -> f64 {
 /// 1 + 2·Σ ρ(lag) up to the first lag at which the autocorrelation has died out; at least 1.
 fn inflation(residual: &[f64]) -> f64 {
     let power: f64 = residual.iter().map(|x| x * x).sum();
-    if !(power > 0.0) {
+    if power <= 0.0 {
         return 1.0;
     }
     let mut sum = 1.0;
@@ -153,11 +151,18 @@ pub struct Closed {
     pub ci95: (f64, f64),
 }
 
+/// An excess of the mean square over its floor below this is the floor's own uncertainty.
+const LEAST_EXCESS: f64 = 0.1;
 /// Draws of the block bootstrap.
 const DRAWS: usize = 400;
 
 /// The closed share of the gap between two scores of the same runs.
+///
+/// Where noise alone accounts for what was there before, nothing is there to close and the share is zero.
 pub fn closed(before: &Score, after: &Score) -> Closed {
+    if before.mean_square() < 1.0 + LEAST_EXCESS {
+        return Closed { value: 0.0, ci95: (0.0, 0.0) };
+    }
     let share = |weights: Option<&[f64]>| {
         let excess = before.mean_square_of(weights) - 1.0;
         if excess > 0.0 { 1.0 - (after.mean_square_of(weights) - 1.0) / excess } else { 0.0 }

@@ -1,6 +1,5 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
-use super::noise::Floor;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
@@ -87,16 +86,6 @@ impl Experiment {
     pub fn predict(&self, machine: &Machine, sensing: Sensing) -> Result<Traces> {
         let machine = self.machine(machine)?;
         Ok(self.recorded.replay(&machine, Axis::of(&machine.constants()), sensing))
-    }
-
-    /// Residuals, recorded less predicted, each in units of its signal's noise, signal after signal.
-    pub fn normalised(&self, predicted: &Traces, floor: &Floor, into: &mut Vec<f64>) {
-        for &signal in &self.signals {
-            let Some(measured) = self.run.signal(signal) else { continue };
-            let scale = 1.0 / floor.sigma(signal);
-            let modelled = trace(predicted, signal);
-            into.extend(measured.iter().zip(modelled).map(|(m, p)| (m - p) * scale));
-        }
     }
 }
 

@@ -5,8 +5,10 @@ use super::hypothesis::{Freedom, Hypothesis};
 use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
+use crate::recording::Signal;
 use crate::twin::Sensing;
 use nalgebra::{DMatrix, DVector};
+use std::collections::BTreeMap;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -41,6 +43,12 @@ const DIFFERENCE: f64 = 1e-4;
 /// Residuals beyond this many σ weigh as this many: keeps a diverging candidate finite.
 const LARGEST: f64 = 1e9;
 
+/// Residuals beyond so many robust standard deviations count linearly, not squared: moments at which the twin is
+/// structurally wrong (a reversal, a jump of the command) must not set its constants. White noise stays untouched.
+const GUARD: f64 = 3.0;
+/// Median absolute value of a normal variable to its standard deviation.
+const MEDIAN_TO_SIGMA: f64 = 1.4826;
+
 /// What a fit minimises: normalised residuals of closed-loop replays, and calibration's distance from its
 /// stated values in tolerances.
 pub struct Objective<'a> {
@@ -70,7 +78,9 @@ impl<'a> Objective<'a> {
         let mut all = Vec::new();
         for experiment in self.experiments {
             let predicted = experiment.predict(&machine, Sensing::Perfect)?;
-            experiment.normalised(&predicted, self.floor, &mut all);
+            for &signal in experiment.signals() {
+                all.extend(self.floor.normalised(experiment, signal, &predicted));
+            }
         }
         for residual in &mut all {
             *residual = if residual.is_finite() { residual.clamp(-LARGEST, LARGEST) } else { LARGEST };
@@ -100,8 +110,86 @@ impl<'a> Objective<'a> {
         (DVector::from_fn(free.len(), |k, _| weigh(k)), DVector::from_fn(free.len(), |k, _| gradient(k)))
     }
 
-    fn cost(&self, residuals: &DVector<f64>, values: &[f64]) -> f64 {
-        residuals.norm_squared() + self.prior(values).1.norm_squared()
+    /// Normal matrix and gradient of the weighted sum of squares.
+    fn normal(
+        &self,
+        jacobian: &DMatrix<f64>,
+        residuals: &DVector<f64>,
+        weights: &DVector<f64>,
+        values: &[f64],
+    ) -> (DMatrix<f64>, DVector<f64>) {
+        let (weight, pull) = self.prior(values);
+        let mut weighted = jacobian.clone();
+        for mut column in weighted.column_iter_mut() {
+            column.component_mul_assign(weights);
+        }
+        let normal = weighted.tr_mul(jacobian) + DMatrix::from_diagonal(&weight);
+        (normal, weighted.tr_mul(residuals) + pull)
+    }
+
+    fn cost(&self, residuals: &DVector<f64>, weights: &DVector<f64>, values: &[f64]) -> f64 {
+        let squares: f64 = residuals.iter().zip(weights).map(|(r, w)| w * r * r).sum();
+        squares + self.prior(values).1.norm_squared()
+    }
+
+    /// Weights of the squared normalised residuals.
+    ///
+    /// # Model
+    /// What is left of a signal is noise, of variance p² (its profile over time), and what the hypothesis does not
+    /// describe, of variance S² (from the median of the residuals, the same at all times); all in units of the
+    /// signal's noise level. Each sample weighs by the inverse of both together, times Huber's weight beyond
+    /// [`GUARD`] standard deviations, so that no signal drowns the others.
+    fn weights(&self, residuals: &DVector<f64>) -> DVector<f64> {
+        let mut weights = DVector::from_element(residuals.len(), 1.0);
+        for rows in self.signal_rows().values() {
+            let levelled = || rows.iter().flat_map(|part| part.levelled(residuals));
+            let mut sizes: Vec<f64> = levelled().map(|(_, e, _)| e.abs()).collect();
+            if sizes.is_empty() {
+                continue;
+            }
+            let middle = sizes.len() / 2;
+            let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
+            let structure = ((MEDIAN_TO_SIGMA * median).powi(2) - 1.0).max(0.0);
+            for (row, e, profile) in levelled() {
+                let noise = profile * profile;
+                let spread = (noise + structure).sqrt();
+                let huber = GUARD * spread / e.abs().max(GUARD * spread);
+                weights[row] = huber * noise / (noise + structure);
+            }
+        }
+        weights
+    }
+
+    /// Rows of each signal, over all runs.
+    fn signal_rows(&self) -> BTreeMap<Signal, Vec<Rows<'_>>> {
+        let mut rows: BTreeMap<Signal, Vec<Rows>> = BTreeMap::new();
+        let mut offset = 0;
+        for experiment in self.experiments {
+            for &signal in experiment.signals() {
+                let profile = self.floor.profile(experiment, signal);
+                let samples = experiment.samples();
+                rows.entry(signal).or_default().push(Rows { offset, samples, profile });
+                offset += samples;
+            }
+        }
+        rows
+    }
+}
+
+/// Where one signal of one run stands among the residuals, and its noise profile.
+struct Rows<'a> {
+    offset: usize,
+    samples: usize,
+    profile: Option<&'a [f64]>,
+}
+
+impl Rows<'_> {
+    /// Row, residual in units of the signal's noise level, and noise profile of each sample.
+    fn levelled(&self, residuals: &DVector<f64>) -> impl Iterator<Item = (usize, f64, f64)> {
+        (0..self.samples).map(|k| {
+            let profile = self.profile.map_or(1.0, |profile| profile[k]);
+            (self.offset + k, residuals[self.offset + k] * profile, profile)
+        })
     }
 }
 
@@ -109,7 +197,7 @@ impl<'a> Objective<'a> {
 ///
 /// # Model
 /// Levenberg–Marquardt with bounds: numbers on a bound whose gradient points outward are held, the others
-/// move. Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples, which
+/// move. Residuals far outside their own spread count linearly (Huber). Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples, which
 /// holds for autocorrelated and uneven residuals alike.
 ///
 /// # Errors
@@ -132,9 +220,10 @@ pub fn fit(
     };
     let mut best: Option<(f64, Vec<f64>)> = None;
     for start in starts {
-        let (cost, values) = descend(&objective, inside(hypothesis, start))?;
-        if best.as_ref().is_none_or(|(least, _)| cost < *least) {
-            best = Some((cost, values));
+        let values = descend(&objective, inside(hypothesis, start))?;
+        let size = objective.residuals(&values)?.norm_squared();
+        if best.as_ref().is_none_or(|(least, _)| size < *least) {
+            best = Some((size, values));
         }
     }
     let values = best.map(|(_, values)| values).unwrap_or_default();
@@ -145,19 +234,18 @@ fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
     hypothesis.free.iter().zip(values).map(|(free, v)| v.clamp(free.range.0, free.range.1)).collect()
 }
 
-fn descend(objective: &Objective, mut values: Vec<f64>) -> Result<(f64, Vec<f64>)> {
+fn descend(objective: &Objective, mut values: Vec<f64>) -> Result<Vec<f64>> {
     let free = &objective.hypothesis.free;
     let mut residuals = objective.residuals(&values)?;
-    let mut cost = objective.cost(&residuals, &values);
     let mut damping = 1e-3;
     if free.is_empty() {
-        return Ok((cost, values));
+        return Ok(values);
     }
     for _ in 0..MOST_ITERATIONS {
+        let weights = objective.weights(&residuals);
+        let cost = objective.cost(&residuals, &weights, &values);
         let jacobian = objective.jacobian(&values, &residuals)?;
-        let (weight, pull) = objective.prior(&values);
-        let normal = jacobian.tr_mul(&jacobian) + DMatrix::from_diagonal(&weight);
-        let gradient = jacobian.tr_mul(&residuals) + pull;
+        let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
         let held: Vec<bool> = (0..free.len())
             .map(|k| {
                 let (low, high) = free[k].range;
@@ -174,10 +262,10 @@ fn descend(objective: &Objective, mut values: Vec<f64>) -> Result<(f64, Vec<f64>
                 .map(|k| (values[k] + step[k] * free[k].scale).clamp(free[k].range.0, free[k].range.1))
                 .collect();
             let trial = objective.residuals(&moved)?;
-            let trial_cost = objective.cost(&trial, &moved);
+            let trial_cost = objective.cost(&trial, &weights, &moved);
             if trial_cost < cost {
                 let fall = (cost - trial_cost) / cost;
-                (values, residuals, cost) = (moved, trial, trial_cost);
+                (values, residuals) = (moved, trial);
                 damping = (damping * 0.2).max(1e-9);
                 improved = fall > ARRIVED;
                 break;
@@ -188,7 +276,7 @@ fn descend(objective: &Objective, mut values: Vec<f64>) -> Result<(f64, Vec<f64>
             break;
         }
     }
-    Ok((cost, values))
+    Ok(values)
 }
 
 fn damped_step(
@@ -219,13 +307,14 @@ fn finish(objective: &Objective, values: Vec<f64>) -> Result<Fit> {
     let residuals = objective.residuals(&values)?;
     let jacobian = objective.jacobian(&values, &residuals)?;
     let count = values.len();
+    let weights = objective.weights(&residuals);
     let (weight, _) = objective.prior(&values);
-    let normal = jacobian.tr_mul(&jacobian) + DMatrix::from_diagonal(&weight);
+    let (normal, _) = objective.normal(&jacobian, &residuals, &weights, &values);
     let mut scatter = DMatrix::zeros(count, count);
     for block in blocks(objective.experiments) {
         let mut score = DVector::zeros(count);
         for row in block.iter().flat_map(|range| range.clone()) {
-            score.axpy(residuals[row], &jacobian.row(row).transpose(), 1.0);
+            score.axpy(weights[row] * residuals[row], &jacobian.row(row).transpose(), 1.0);
         }
         scatter += &score * score.transpose();
     }

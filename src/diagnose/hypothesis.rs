@@ -1,6 +1,5 @@
 //! A hypothesis: which effects the twin lacks, and the numbers that a fit may choose.
 
-use crate::drive::motor::Motor;
 use crate::effect::{EffectId, Screen};
 use crate::error::Result;
 use crate::machine::Machine;
@@ -88,9 +87,9 @@ impl Hypothesis {
         Self { effects: effects.clone(), free, starts }
     }
 
-    /// Starts numbers that another fit has found already where that fit left them.
-    pub fn start_from(&mut self, known: &super::fit::Fit) {
-        for (found, value) in known.hypothesis.free.iter().zip(&known.values) {
+    /// Starts numbers that a fit of another hypothesis has found already where that fit left them.
+    pub fn start_from(&mut self, other: &Self, values: &[f64]) {
+        for (found, value) in other.free.iter().zip(values) {
             if let Some(place) = self.free.iter().position(|free| free.path == found.path) {
                 self.starts.iter_mut().for_each(|start| start[place] = *value);
             }
@@ -148,13 +147,12 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
     let free_to_move = |effect| !effects.contains(&effect) && !taken.contains(&effect);
     let mut list = Vec::new();
     let mut push = |effect: EffectId, index: usize, neutral: f64, half: f64| {
-        if half > 0.0 && free_to_move(effect) {
-            if let Some((name, unit)) = parameters(effect, machine.motion()).nth(index) {
-                let range = (neutral - half, neutral + half);
-                let path = path(effect, name);
-                let freedom = Freedom::Calibration;
-                list.push(Free { effect, name, unit, path, freedom, neutral, range, scale: half });
-            }
+        let parameter = parameters(effect, machine.motion()).nth(index);
+        if let Some((name, unit)) = parameter.filter(|_| half > 0.0 && free_to_move(effect)) {
+            let range = (neutral - half, neutral + half);
+            let path = path(effect, name);
+            let freedom = Freedom::Calibration;
+            list.push(Free { effect, name, unit, path, freedom, neutral, range, scale: half });
         }
     };
     let present = &machine.description().effect;
@@ -174,9 +172,4 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
         }
     }
     list
-}
-
-/// Whether the machine has a winding, whose current can be told from its voltage.
-pub fn has_winding(machine: &Machine) -> bool {
-    matches!(machine.description().motor, Motor::Winding(_))
 }

@@ -1,6 +1,6 @@
 //! Where the gap lies: by segment of the signal path, phase of the motion, frequency, position and speed.
 
-use super::experiment::{Experiment, trace};
+use super::experiment::Experiment;
 use super::motion::Motion;
 use super::noise::Floor;
 use super::verdict::{Band, Share, Where};
@@ -34,10 +34,7 @@ pub fn locate(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> R
         let phases = phases(experiment);
         let position = experiment.run().require(Signal::Position)?;
         for &signal in experiment.signals() {
-            let Some(measured) = experiment.run().signal(signal) else { continue };
-            let scale = 1.0 / floor.sigma(signal);
-            let pairs = measured.iter().zip(trace(&predicted, signal));
-            let residual: Vec<f64> = pairs.map(|(m, p)| (m - p) * scale).collect();
+            let residual = floor.normalised(experiment, signal, &predicted);
             energy.add(&residual, &phases, position, experiment, &span);
         }
         segments.add(experiment, machine)?;

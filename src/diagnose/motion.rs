@@ -106,7 +106,7 @@ pub fn smooth(samples: &[f64], half: usize, period_s: f64) -> [Vec<f64>; 3] {
     let s2: f64 = offsets().map(|j| j * j).sum();
     let s4: f64 = offsets().map(|j| j.powi(4)).sum();
     let determinant = width * s4 - s2 * s2;
-    let mut result = [vec![0.0; count], vec![0.0; count], vec![0.0; count]];
+    let mut result = [(); 3].map(|()| Vec::with_capacity(count));
     for k in 0..count {
         let middle = k.clamp(half, count - 1 - half);
         let window = &samples[middle - half..=middle + half];
@@ -123,9 +123,9 @@ pub fn smooth(samples: &[f64], half: usize, period_s: f64) -> [Vec<f64>; 3] {
         let slope = m1 / s2;
         let value = (s4 * m0 - s2 * m2) / determinant;
         let away = k as f64 - middle as f64;
-        result[0][k] = base + value + slope * away + curvature * away * away;
-        result[1][k] = (slope + 2.0 * curvature * away) / period_s;
-        result[2][k] = 2.0 * curvature / (period_s * period_s);
+        result[0].push(base + value + slope * away + curvature * away * away);
+        result[1].push((slope + 2.0 * curvature * away) / period_s);
+        result[2].push(2.0 * curvature / (period_s * period_s));
     }
     result
 }

@@ -4,7 +4,10 @@ use super::experiment::{Experiment, trace};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use crate::replay::Traces;
+use crate::replay::recorded::is_steady;
 use crate::twin::Sensing;
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -22,14 +25,15 @@ pub enum Source {
     Assumed,
 }
 
-/// σ of each signal and where it comes from.
+/// σ of each signal over time, and where it comes from.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Floor {
     levels: BTreeMap<Signal, (f64, Source)>,
+    profiles: BTreeMap<Channel, Vec<f64>>,
 }
 
-/// Fraction of a signal's RMS below which a floor would only measure rounding.
-const LEAST_FRACTION: f64 = 1e-6;
+/// Fraction of a signal's RMS below which a floor would only measure rounding of numbers.
+const LEAST_FRACTION: f64 = 1e-12;
 /// Fraction of a signal's RMS taken where nothing is known.
 const ASSUMED_FRACTION: f64 = 1e-4;
 
@@ -37,21 +41,24 @@ impl Floor {
     /// Estimates the floor: from repeats, else the larger of standstill scatter and declared noise.
     ///
     /// # Model
-    /// Declared noise reaches every signal through the loop: σ is the RMS difference between replays with and
-    /// without it. At standstill a stuck axis shows less noise than a moving one, hence the larger of the two.
+    /// Declared noise reaches every signal through the loop of `machine`: σ(t) is the RMS difference between
+    /// replays with and without it, over several draws and a short window of time. It is not the same all the
+    /// time: on a guide with dry friction, noise shakes a resting axis loose at moments that nobody can predict, and
+    /// σ grows where that happens. The signal's level is the median of σ(t); the rest is its profile, at least 1.
+    /// At standstill a stuck axis shows less noise than a moving one, hence the larger of dwell and declared.
     ///
     /// # Errors
     /// Whatever a replay refuses.
     pub fn estimate(machine: &Machine, experiments: &[&Experiment]) -> Result<Self> {
         let repeats = repeats(experiments);
         let dwell = dwell(experiments);
-        let declared = declared(machine, experiments)?;
+        let declared = Declared::of(machine, experiments)?;
         let mut levels = BTreeMap::new();
         for signal in experiments.iter().flat_map(|e| e.signals()).copied() {
             let size = size(experiments, signal).max(f64::MIN_POSITIVE);
             let least = LEAST_FRACTION * size;
             let still = dwell.get(&signal).map(|&sigma| (sigma, Source::Dwell));
-            let stated = declared.get(&signal).map(|&sigma| (sigma, Source::Declared));
+            let stated = declared.level(signal).map(|sigma| (sigma, Source::Declared));
             let repeated = repeats.get(&signal).map(|&sigma| (sigma, Source::Repeats));
             let level = repeated
                 .or_else(|| still.into_iter().chain(stated).max_by(|a, b| a.0.total_cmp(&b.0)))
@@ -59,7 +66,38 @@ impl Floor {
                 .unwrap_or((ASSUMED_FRACTION * size, Source::Assumed));
             levels.insert(signal, level);
         }
-        Ok(Self { levels })
+        let profiles = declared.profiles(&levels);
+        Ok(Self { levels, profiles })
+    }
+
+    /// Residuals of one signal of a run, recorded less predicted, in units of their noise.
+    pub fn normalised(&self, experiment: &Experiment, signal: Signal, predicted: &Traces) -> Vec<f64> {
+        let measured = experiment.run().signal(signal).unwrap_or_default();
+        let pairs = measured.iter().zip(trace(predicted, signal));
+        let scale = 1.0 / self.sigma(signal);
+        match self.profile(experiment, signal) {
+            None => pairs.map(|(m, p)| (m - p) * scale).collect(),
+            Some(profile) => pairs.zip(profile).map(|((m, p), wider)| (m - p) * scale / wider).collect(),
+        }
+    }
+
+    /// σ(t) of a signal of a run in units of the signal's level, at least 1; none where it is 1 throughout.
+    pub fn profile(&self, experiment: &Experiment, signal: Signal) -> Option<&[f64]> {
+        self.profiles.get(&(experiment.run().name().to_string(), signal)).map(Vec::as_slice)
+    }
+
+    /// What noise leaves of a signal over these runs, RMS in SI: level and profile together.
+    pub fn root_mean_square(&self, signal: Signal, experiments: &[Experiment]) -> f64 {
+        let (mut sum, mut count) = (0.0, 0.0);
+        for experiment in experiments {
+            let samples = experiment.samples() as f64;
+            sum += match self.profile(experiment, signal) {
+                None => samples,
+                Some(profile) => profile.iter().map(|wider| wider * wider).sum(),
+            };
+            count += samples;
+        }
+        self.sigma(signal) * (sum / f64::max(count, 1.0)).sqrt()
     }
 
     /// σ of a signal in SI.
@@ -104,32 +142,34 @@ fn repeats(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
     sums.into_iter().map(|(signal, (sum, count))| (signal, (sum / count as f64).sqrt())).collect()
 }
 
-/// Standstill must last so long, in s, before its scatter counts.
+/// Scatter at standstill is taken over windows of this length, in s.
 const STANDSTILL_S: f64 = 0.1;
 /// After the reference has stopped, the axis settles for so long, in s.
 const SETTLING_S: f64 = 0.4;
 
-/// σ from standstill: half the mean square of second differences' share that white noise would give is not
-/// robust to slow settling, so a straight line is taken off each stretch first.
+/// σ from standstill: the median, over windows of [`STANDSTILL_S`], of the scatter about each window's straight
+/// line, windows in which the axis still settles left out.
 fn dwell(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
-    let mut sums: BTreeMap<Signal, (f64, usize)> = BTreeMap::new();
+    let mut windows: BTreeMap<Signal, Vec<f64>> = BTreeMap::new();
     for experiment in experiments {
         let period = experiment.run().sample_period_s();
-        let (settle, least) = ((SETTLING_S / period) as usize, (STANDSTILL_S / period) as usize);
+        let (settle, width) = ((SETTLING_S / period) as usize, ((STANDSTILL_S / period) as usize).max(8));
         for (from, to) in standstills(experiment) {
             let from = if from == 0 { 0 } else { from + settle };
-            if to < from + least.max(8) {
-                continue;
-            }
             for &signal in experiment.signals() {
                 let Some(samples) = experiment.run().signal(signal) else { continue };
-                let sum = sums.entry(signal).or_insert((0.0, 0));
-                sum.0 += scatter(&samples[from..to]);
-                sum.1 += to - from - 2;
+                let still = samples.get(from..to).unwrap_or_default();
+                let steady = still.chunks_exact(width).filter(|window| is_steady(window));
+                let scatters = steady.map(|w| scatter(w) / (w.len() - 2) as f64);
+                windows.entry(signal).or_default().extend(scatters);
             }
         }
     }
-    sums.into_iter().map(|(signal, (sum, count))| (signal, (sum / count as f64).sqrt())).collect()
+    let median = |mut list: Vec<f64>| {
+        let middle = list.len() / 2;
+        (!list.is_empty()).then(|| list.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt())
+    };
+    windows.into_iter().filter_map(|(signal, list)| Some((signal, median(list)?))).collect()
 }
 
 /// Stretches of samples in which the reference does not move.
@@ -164,27 +204,79 @@ fn scatter(samples: &[f64]) -> f64 {
     samples.iter().enumerate().map(|(k, y)| (y - mean - slope * (k as f64 - middle)).powi(2)).sum()
 }
 
-/// Runs from which the declared noise is carried through the loop; a few suffice for a σ within percents.
-const NOISE_RUNS: usize = 3;
+/// Draws of the declared noise; with the window below, σ(t) is known within some 10 %.
+const DRAWS: u64 = 4;
+/// Half width of the window over which σ(t) is averaged, in s.
+const WINDOW_S: f64 = 10e-3;
 
-fn declared(machine: &Machine, experiments: &[&Experiment]) -> Result<BTreeMap<Signal, f64>> {
-    let description = machine.description();
-    let silent = description.encoder.noise_m == 0.0
-        && description.encoder.resolution_m == 0.0
-        && description.current_sensor.noise_a == 0.0;
-    if silent {
-        return Ok(BTreeMap::new());
-    }
-    let mut sums: BTreeMap<Signal, (f64, usize)> = BTreeMap::new();
-    for (seed, experiment) in experiments.iter().take(NOISE_RUNS).enumerate() {
-        let clean = experiment.predict(machine, Sensing::Perfect)?;
-        let noisy = experiment.predict(machine, Sensing::AsStated { seed: seed as u64 })?;
-        for &signal in experiment.signals() {
-            let sum = sums.entry(signal).or_insert((0.0, 0));
-            let pairs = trace(&clean, signal).iter().zip(trace(&noisy, signal));
-            sum.0 += pairs.map(|(a, b)| (a - b) * (a - b)).sum::<f64>();
-            sum.1 += experiment.samples();
+/// A signal of a run.
+type Channel = (String, Signal);
+
+/// σ(t) of each signal of each run from the declared noise of the sensors.
+struct Declared {
+    sigma: BTreeMap<Channel, Vec<f64>>,
+}
+
+impl Declared {
+    fn of(machine: &Machine, experiments: &[&Experiment]) -> Result<Self> {
+        let description = machine.description();
+        let silent = description.encoder.noise_m == 0.0
+            && description.encoder.resolution_m == 0.0
+            && description.current_sensor.noise_a == 0.0;
+        if silent {
+            return Ok(Self { sigma: BTreeMap::new() });
         }
+        let all: Result<Vec<Vec<_>>> = experiments.par_iter().map(|e| Self::of_run(machine, e)).collect();
+        Ok(Self { sigma: all?.into_iter().flatten().collect() })
     }
-    Ok(sums.into_iter().map(|(signal, (sum, count))| (signal, (sum / count as f64).sqrt())).collect())
+
+    fn of_run(machine: &Machine, experiment: &Experiment) -> Result<Vec<(Channel, Vec<f64>)>> {
+        let clean = experiment.predict(machine, Sensing::Perfect)?;
+        let mut squares = vec![vec![0.0; experiment.samples()]; experiment.signals().len()];
+        for seed in 0..DRAWS {
+            let noisy = experiment.predict(machine, Sensing::AsStated { seed })?;
+            for (sum, &signal) in squares.iter_mut().zip(experiment.signals()) {
+                for (k, (a, b)) in trace(&clean, signal).iter().zip(trace(&noisy, signal)).enumerate() {
+                    sum[k] += (a - b) * (a - b) / DRAWS as f64;
+                }
+            }
+        }
+        let half = (WINDOW_S / experiment.run().sample_period_s()).round() as usize;
+        let name = experiment.run().name().to_string();
+        let keyed = squares.into_iter().zip(experiment.signals());
+        Ok(keyed.map(|(s, &signal)| ((name.clone(), signal), moving_root_mean(&s, half))).collect())
+    }
+
+    fn level(&self, signal: Signal) -> Option<f64> {
+        let of_signal = self.sigma.iter().filter(|((_, s), _)| *s == signal);
+        let mut all: Vec<f64> = of_signal.flat_map(|(_, sigma)| sigma).copied().collect();
+        if all.is_empty() {
+            return None;
+        }
+        let middle = all.len() / 2;
+        Some(*all.select_nth_unstable_by(middle, f64::total_cmp).1)
+    }
+
+    fn profiles(self, levels: &BTreeMap<Signal, (f64, Source)>) -> BTreeMap<Channel, Vec<f64>> {
+        let widen = |((name, signal), sigma): (Channel, Vec<f64>)| {
+            let level = levels.get(&signal).map_or(1.0, |level| level.0);
+            ((name, signal), sigma.into_iter().map(|s| (s / level).max(1.0)).collect())
+        };
+        self.sigma.into_iter().map(widen).collect()
+    }
+}
+
+/// Root of the mean of squares over a window of `2·half + 1` samples, cut at the ends.
+fn moving_root_mean(squares: &[f64], half: usize) -> Vec<f64> {
+    let mut sums = Vec::with_capacity(squares.len() + 1);
+    sums.push(0.0);
+    for square in squares {
+        sums.push(sums[sums.len() - 1] + square);
+    }
+    (0..squares.len())
+        .map(|k| {
+            let (from, to) = (k.saturating_sub(half), (k + half + 1).min(squares.len()));
+            ((sums[to] - sums[from]).max(0.0) / (to - from) as f64).sqrt()
+        })
+        .collect()
 }

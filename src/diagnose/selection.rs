@@ -9,6 +9,7 @@ use crate::effect::{EffectId, Screen};
 use crate::error::Result;
 use crate::machine::Machine;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
 
 /// A hypothesis fitted on training runs and scored on held-out runs.
 #[derive(Debug, Clone)]
@@ -40,6 +41,8 @@ pub struct Search<'a> {
     pub screen: &'a Screen,
     /// Effects that may be named.
     pub catalogue: &'a [EffectId],
+    /// What an earlier search found with another floor: its fits are where this one's start.
+    pub earlier: Option<&'a Found>,
     /// Told after every fitted hypothesis.
     pub progress: &'a (dyn Fn(&str) + Sync),
 }
@@ -81,13 +84,14 @@ impl Search<'_> {
                 break;
             }
         }
-        found.posterior = posterior(&found.candidates);
+        found.posterior = posterior(&found, before);
         Ok(found)
     }
 
     /// Fits and scores the sets that were not looked at yet; returns the indices of all of them.
     fn add(&self, found: &mut Found, sets: &[EffectSet], from: Option<usize>) -> Result<Vec<usize>> {
-        let fresh: Vec<&EffectSet> = sets.iter().filter(|set| found.index(set).is_none()).collect();
+        let fresh: BTreeSet<&EffectSet> = sets.iter().filter(|set| found.index(set).is_none()).collect();
+        let fresh: Vec<&EffectSet> = fresh.into_iter().collect();
         let known = from.map(|index| &found.candidates[index].fit);
         let fitted: Result<Vec<Candidate>> = fresh.par_iter().map(|set| self.evaluate(set, known)).collect();
         found.candidates.extend(fitted?);
@@ -97,9 +101,11 @@ impl Search<'_> {
     fn evaluate(&self, effects: &EffectSet, known: Option<&Fit>) -> Result<Candidate> {
         let mut hypothesis = Hypothesis::new(self.machine, effects, self.screen);
         if let Some(known) = known {
-            hypothesis.start_from(known);
+            hypothesis.start_from(&known.hypothesis, &known.values);
         }
-        let fit = fit(self.machine, &hypothesis, self.training, self.floor, None)?;
+        let earlier = self.earlier.and_then(|found| found.index(effects).map(|k| &found.candidates[k].fit));
+        let warm = earlier.map(|fit| fit.values.as_slice());
+        let fit = fit(self.machine, &hypothesis, self.training, self.floor, warm)?;
         let machine = fit.machine(self.machine)?;
         let score = Score::of(&machine, self.held_out, self.floor)?;
         let names: Vec<&str> = effects.iter().map(|e| e.name()).collect();
@@ -156,16 +162,9 @@ impl Search<'_> {
             sets.extend([full, EffectSet::from([law])]);
             let indices = self.add(found, &sets, Some(found.chosen))?;
             let Some(best) = found.best_of(&indices) else { continue };
-            // The law must beat what it generalises, or its extra freedom says nothing.
-            let plain: EffectSet = found.candidates[best]
-                .effects()
-                .iter()
-                .filter(|e| **e != law)
-                .chain(law.supersedes())
-                .copied()
-                .collect();
-            let reduction = self.add(found, &[plain], Some(found.chosen))?;
-            let needed = reduction.iter().all(|&index| found.beyond_chance(best, index));
+            let plain = plain(found.candidates[best].effects(), law);
+            self.add(found, &[plain], Some(found.chosen))?;
+            let needed = found.is_needed(best, law);
             let better = found.merit(best) > found.merit(found.chosen);
             if needed && better && found.worth_naming(best, found.chosen, before) {
                 found.chosen = best;
@@ -174,6 +173,11 @@ impl Search<'_> {
         }
         Ok(false)
     }
+}
+
+/// The set with what a law generalises in the law's place.
+fn plain(set: &EffectSet, law: EffectId) -> EffectSet {
+    set.iter().filter(|e| **e != law).chain(law.supersedes()).copied().collect()
 }
 
 /// The set without each of its members.
@@ -200,6 +204,23 @@ impl Found {
     fn merit(&self, index: usize) -> f64 {
         let total: f64 = self.candidates[index].score.log_likelihoods(self.reference()).iter().sum();
         total - PRICE_PER_EFFECT * self.candidates[index].effects().len() as f64
+    }
+
+    /// Whether a law that generalises others beats every set of those others that was looked at: if it does not,
+    /// its extra freedom says nothing and the simpler effects stand for it.
+    fn is_needed(&self, index: usize, law: EffectId) -> bool {
+        let plain = plain(self.candidates[index].effects(), law);
+        let simpler = self.candidates.iter().enumerate().filter(|(_, c)| c.effects().is_subset(&plain));
+        simpler.map(|(k, _)| k).all(|simple| self.beyond_chance(index, simple))
+    }
+
+    /// Whether a candidate predicts better than the chosen one by less than is worth naming: a detail that only
+    /// shows once the chosen effects are in the twin, not a rival of them.
+    pub fn is_refinement(&self, index: usize, before: &Score) -> bool {
+        let (other, chosen) = (&self.candidates[index].score, &self.candidates[self.chosen].score);
+        index != self.chosen
+            && other.mean_square() < chosen.mean_square()
+            && !self.worth_naming(index, self.chosen, before)
     }
 
     fn best_of(&self, indices: &[usize]) -> Option<usize> {
@@ -244,15 +265,26 @@ const DRAWS: usize = 200;
 
 /// Posterior probabilities of the candidates: likelihood times prior, averaged over a bootstrap of the
 /// held-out blocks, so that evidence resting on a few blocks counts less.
-fn posterior(candidates: &[Candidate]) -> Vec<f64> {
+fn posterior(found: &Found, before: &Score) -> Vec<f64> {
+    let candidates = &found.candidates;
     let best = reference(candidates);
+    let stands: Vec<bool> = (0..candidates.len())
+        .map(|index| {
+            let mut laws = candidates[index].effects().iter().filter(|e| !e.supersedes().is_empty());
+            laws.all(|&law| found.is_needed(index, law)) && !found.is_refinement(index, before)
+        })
+        .collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
     let mut sum = vec![0.0; candidates.len()];
     for weights in bootstrap(best.blocks(), DRAWS) {
         let merits: Vec<f64> = candidates
             .iter()
             .zip(&blocks)
-            .map(|(candidate, block)| {
+            .zip(&stands)
+            .map(|((candidate, block), stands)| {
+                if !stands {
+                    return f64::NEG_INFINITY;
+                }
                 let likelihood: f64 = block.iter().zip(&weights).map(|(l, w)| l * w).sum();
                 likelihood - PRICE_PER_EFFECT * candidate.effects().len() as f64
             })

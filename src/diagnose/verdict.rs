@@ -213,6 +213,9 @@ pub struct Diagnosis {
     pub effects: Vec<EffectProbability>,
     /// Explanations, most probable first.
     pub ranking: Vec<Ranked>,
+    /// Explanations that predict better still, by less than is worth naming beside this gap: what a diagnosis
+    /// with the causes in the twin would look at next.
+    pub refinements: Vec<Ranked>,
     /// Stated constants moved inside their tolerance.
     pub calibration: Vec<Calibration>,
     /// How large, how far.

@@ -63,7 +63,7 @@ impl Screen {
         }
         let scale: Vec<f64> =
             columns.iter().map(|c| root_mean_square(moving.iter().map(|&k| c[k]))).collect();
-        if scale.iter().any(|&s| !(s > 0.0)) {
+        if !scale.iter().all(|&s| s > 0.0) {
             return None;
         }
         let matrix = DMatrix::from_fn(moving.len(), columns.len(), |r, c| columns[c][moving[r]] / scale[c]);

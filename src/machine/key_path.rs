@@ -1,7 +1,6 @@
-//! Values at TOML key paths, and where a TOML text is wrong.
+//! Values at TOML key paths.
 
 use crate::error::{Error, ErrorKind, Result};
-use std::path::Path;
 
 /// Sets the value at `path` (keys joined by dots, array places as numbers); tables on the way are made.
 pub(super) fn set(table: &mut toml::Table, path: &str, value: toml::Value) -> Result<()> {
@@ -76,52 +75,6 @@ pub(super) fn number(table: &toml::Table, path: &str) -> Option<f64> {
         toml::Value::Integer(n) => Some(*n as f64),
         _ => None,
     }
-}
-
-/// A TOML error with its line.
-pub(super) fn syntax_error(file: &Path, text: &str, error: &toml::de::Error) -> Error {
-    let kind =
-        if error.message().starts_with("unknown field") || error.message().starts_with("unknown variant") {
-            ErrorKind::UnknownKey
-        } else if error.message().starts_with("missing field") {
-            ErrorKind::Missing
-        } else {
-            ErrorKind::Syntax
-        };
-    let mut located = Error::new(kind).file(file);
-    if let Some(span) = error.span() {
-        if let Some((row, key)) = unknown_field(text, span.start, error.message()) {
-            return explained(located.row(row).key(key), error.message())
-                .remedy("correct or remove that line of the file");
-        }
-        let before = text.get(..span.start).unwrap_or(text);
-        located = located.row(before.matches('\n').count() as u64 + 1);
-        if let Some(read) = text.get(span).and_then(|t| t.lines().next()).filter(|t| !t.is_empty()) {
-            located = located.key(read.trim().to_string());
-        }
-    }
-    explained(located, error.message()).remedy("correct that line of the file")
-}
-
-/// What toml says, shared out between what was read and what was expected.
-pub(super) fn explained(error: Error, message: &str) -> Error {
-    let message = message.replace('\n', " ");
-    match message.split_once(", expected ") {
-        Some((found, expected)) => error.found(found).expected(expected),
-        None => error.found(message),
-    }
-}
-
-/// Line and name of an unknown field: toml tells the table's head only where the table is a tagged enum.
-fn unknown_field(text: &str, start: usize, message: &str) -> Option<(u64, String)> {
-    let name = message.strip_prefix("unknown field `")?.split('`').next()?;
-    let first_row = text.get(..start)?.matches('\n').count();
-    let is_it = |line: &&str| {
-        let behind = line.trim_start().trim_start_matches('[').strip_prefix(name);
-        behind.is_some_and(|rest| rest.trim_start().starts_with(['=', '.', ']']))
-    };
-    let row = text.lines().skip(first_row).position(|line| is_it(&line))?;
-    Some(((first_row + row + 1) as u64, name.to_owned()))
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ pub use tolerance::Tolerance;
 use crate::base::Modes;
 use crate::drive::motor::Circuit;
 use crate::effect::{Constants, Effect, EffectId};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::solid::Solid;
 use crate::units::Motion;
 use std::path::{Path, PathBuf};
@@ -45,9 +45,8 @@ impl Machine {
             Error::io(&file, &e).remedy("give a machine folder (with machine.toml) or a machine file")
         })?;
         let description: Description =
-            toml::from_str(&text).map_err(|e| key_path::syntax_error(&file, &text, &e))?;
-        let table: toml::Table =
-            toml::from_str(&text).map_err(|e| key_path::syntax_error(&file, &text, &e))?;
+            toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
+        let table: toml::Table = toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
         description.check().map_err(|e| e.file(&file))?;
         let folder = file.parent().unwrap_or(Path::new("."));
         let solid = Solid::import_with_joint(&folder.join(&description.urdf), description.joint.as_deref())?;
@@ -86,7 +85,7 @@ impl Machine {
 
     fn with_table(&self, table: toml::Table) -> Result<Self> {
         let description: Description = table.clone().try_into().map_err(|e: toml::de::Error| {
-            key_path::explained(Error::new(ErrorKind::UnknownKey).file(&self.file), e.message())
+            toml_text::explained(Error::new(ErrorKind::UnknownKey).file(&self.file), e.message())
                 .remedy("write the key path as in machine.toml, for instance controller.integral=22")
         })?;
         description.check().map_err(|e| e.file(&self.file))?;
@@ -102,7 +101,7 @@ impl Machine {
 
     fn check_against_solid(&self) -> Result<()> {
         let constants = self.constants();
-        if !(constants.moving_mass > 0.0) {
+        if constants.moving_mass.is_nan() || constants.moving_mass <= 0.0 {
             return Err(Error::new(ErrorKind::OutOfRange)
                 .file(&self.file)
                 .key("effect.payload")

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use toml::de::{DeTable, DeValue};
 
 use super::spelling;
+use crate::error::toml_text::{self, line_of};
 use crate::error::{Error, ErrorKind, Result};
 
 /// One step of a key path: a key, or an index into an array of tables.
@@ -26,21 +27,10 @@ impl Document {
     /// Parses a text; a syntax error is refused with its line.
     pub(super) fn parse(path: &Path, text: String) -> Result<Self> {
         let values = text.parse::<toml::Table>().map_err(|error| {
-            let refusal = Error::new(ErrorKind::Syntax)
-                .file(path)
+            toml_text::located(ErrorKind::Syntax, path, &text, &error)
                 .found(format!("a syntax error ({})", error.message().trim().replace('\n', ", ")))
                 .expected("valid TOML")
-                .remedy("correct that line");
-            match error.span() {
-                Some(span) => {
-                    let start = span.start.min(text.len());
-                    let line = text.get(start..).unwrap_or_default().lines().next().unwrap_or_default();
-                    let key = line.split('=').next().unwrap_or_default().trim();
-                    let located = refusal.row(line_of(&text, start));
-                    if key.is_empty() { located } else { located.key(key) }
-                }
-                None => refusal,
-            }
+                .remedy("correct that line")
         })?;
         Ok(Self { path: path.to_path_buf(), values, text })
     }
@@ -109,8 +99,4 @@ impl Document {
         }
         at.map(|start| line_of(&self.text, start))
     }
-}
-
-fn line_of(text: &str, start: usize) -> u64 {
-    1 + text.as_bytes().iter().take(start).filter(|byte| **byte == b'\n').count() as u64
 }

@@ -12,7 +12,7 @@ pub const VELOCITY_WINDOW_S: f64 = 2e-3;
 ///
 /// # Model
 /// Position and velocity of each stroke are divided by the signed stroke and feed, so that a return stroke counts
-/// like one forth. Velocity is averaged over [`VELOCITY_WINDOW_S`] around each sample, which takes the sensor's
+/// like one forth. Velocity is averaged over `VELOCITY_WINDOW_S` around each sample, which takes the sensor's
 /// noise out of its peaks. Overshoot = max(position) − 1, not below 0; settling = time from the end of the reference's
 /// motion until position stays within 1 ± [`SETTLING_BAND`].
 #[derive(Debug, Clone, Copy, PartialEq)]

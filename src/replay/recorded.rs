@@ -19,18 +19,40 @@ pub struct Start {
     pub effort_v: Option<f64>,
     /// Motor current at the first sample, where it was logged.
     pub current: Option<f64>,
+    /// Position and velocity that the controller saw at the first sample, where its effort is that of one sample
+    /// and not a mean.
+    pub reading: Option<(f64, f64)>,
 }
 
-/// Samples at the beginning of a run from which its start is read.
+/// Samples at the beginning of a moving run from which its start is read.
 const START_SAMPLES: usize = 8;
 /// A slope below so many of its standard errors is rest.
 const REST_STANDARD_ERRORS: f64 = 5.0;
+/// At most so much standstill is averaged, in s.
+const REST_S: f64 = 0.1;
 
 impl Start {
-    /// Reads the start off the first samples: a parabola through the positions, unless they show rest.
-    pub fn of(run: &Run, position: &[f64]) -> Self {
-        let first = &position[..position.len().min(START_SAMPLES)];
+    /// Reads the start off the first samples: means over the standstill before the reference first moves, else
+    /// a parabola through the first positions.
+    pub fn of(run: &Run, reference: &[f64], position: &[f64]) -> Self {
         let period = run.sample_period_s();
+        let still = reference.iter().take_while(|r| **r == reference[0]).count();
+        let still = still.min((REST_S / period) as usize);
+        let effort = run.signal(Signal::ControlEffort);
+        if still >= START_SAMPLES
+            && is_steady(&position[..still])
+            && effort.is_none_or(|effort| is_steady(&effort[..still]))
+        {
+            let mean = |samples: &[f64]| samples[..still].iter().sum::<f64>() / still as f64;
+            return Self {
+                position: mean(position),
+                velocity: 0.0,
+                effort_v: run.signal(Signal::ControlEffort).map(mean),
+                current: run.signal(Signal::Current).map(mean),
+                reading: None,
+            };
+        }
+        let first = &position[..position.len().min(START_SAMPLES)];
         let mean = first.iter().sum::<f64>() / first.len() as f64;
         let (at_start, slope, slope_error) = parabola(first, period);
         let moves = slope.abs() > REST_STANDARD_ERRORS * slope_error && first.len() >= 5;
@@ -40,8 +62,22 @@ impl Start {
             velocity: if moves { slope } else { 0.0 },
             effort_v: first_of(Signal::ControlEffort),
             current: first_of(Signal::Current),
+            reading: first_of(Signal::Position).zip(first_of(Signal::Velocity)),
         }
     }
+}
+
+/// Halves of a standstill whose means differ by more standard errors are no steady state.
+const STEADY_STANDARD_ERRORS: f64 = 6.0;
+
+/// Whether a standstill shows scatter about one value, not a transient.
+pub fn is_steady(samples: &[f64]) -> bool {
+    let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+    let (first, second) = samples.split_at(samples.len() / 2);
+    let (a, b) = (mean(first), mean(second));
+    let squares = |part: &[f64], m: f64| part.iter().map(|x| (x - m) * (x - m)).sum::<f64>();
+    let variance = (squares(first, a) + squares(second, b)) / samples.len() as f64;
+    (a - b).abs() <= STEADY_STANDARD_ERRORS * (4.0 * variance / samples.len() as f64).sqrt()
 }
 
 /// Value and slope at the first sample of the least-squares parabola, and the slope's standard error.
@@ -74,7 +110,7 @@ impl Recorded {
     /// A run without position reference or position.
     pub fn of(run: &Run) -> Result<Self> {
         let reference = run.require(Signal::PositionReference)?;
-        let start = Start::of(run, run.require(Signal::Position)?);
+        let start = Start::of(run, reference, run.require(Signal::Position)?);
         let period = run.sample_period_s();
         let disturbance = run.signal(Signal::DisturbanceVoltage);
         let commands = (0..reference.len())
@@ -109,14 +145,15 @@ impl Recorded {
     /// Replays the run in closed loop on a plant.
     pub fn replay<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
         let mut twin = Twin::new(machine, plant, sensing);
-        let Start { position, velocity, effort_v, current } = self.start;
+        let Start { position, velocity, effort_v, current, reading } = self.start;
+        let seen = reading.unwrap_or((position, velocity));
         twin.start(position, velocity, effort_v.unwrap_or(0.0));
         if let (Some(effort_v), Some(first)) = (effort_v, self.commands.first()) {
             let input = Input {
                 position_reference: first.position_reference,
                 velocity_reference: first.velocity_reference,
-                position,
-                velocity,
+                position: seen.0,
+                velocity: seen.1,
             };
             twin.take_over(effort_v - first.disturbance_v, input);
         }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How velocity is estimated from the readings x[k], x[k−1], ….
+/// How velocity is estimated from the readings `x[k]`, `x[k−1]`, ….
 ///
 /// # Model
 /// - `smoothed_difference`: `v[k] = v[k−1] + T/(T+τ)·((x[k] − x[k−1])/T − v[k−1])`
@@ -19,7 +19,7 @@ pub enum VelocityEstimate {
     },
     /// Weighted sum of the latest readings.
     Taps {
-        /// Weights of x[k], x[k−1], …, per sample period.
+        /// Weights of `x[k]`, `x[k−1]`, …, per sample period.
         taps: Vec<f64>,
     },
 }
@@ -46,7 +46,8 @@ impl VelocityEstimate {
     /// What is wrong with the configuration, if anything.
     pub fn fault(&self) -> Option<String> {
         match self {
-            Self::SmoothedDifference { time_constant_s } => (!(*time_constant_s >= 0.0))
+            Self::SmoothedDifference { time_constant_s } => (time_constant_s.is_nan()
+                || *time_constant_s < 0.0)
                 .then(|| format!("time_constant_s = {time_constant_s}, expected zero or more")),
             Self::Taps { taps } => {
                 let sum: f64 = taps.iter().sum();

@@ -1,0 +1,98 @@
+//! Where a TOML text is wrong, and what TOML says about it.
+
+use std::path::Path;
+
+use super::{Error, ErrorKind};
+
+/// Line (from 1) of a byte.
+pub(crate) fn line_of(text: &str, start: usize) -> u64 {
+    1 + text.as_bytes().iter().take(start).filter(|byte| **byte == b'\n').count() as u64
+}
+
+/// A refusal at the place that `error` points to: file, line and what stands there.
+pub(crate) fn located(kind: ErrorKind, file: &Path, text: &str, error: &toml::de::Error) -> Error {
+    let refusal = Error::new(kind).file(file);
+    let Some(span) = error.span() else { return refusal };
+    let refusal = refusal.row(line_of(text, span.start));
+    let read = text.get(span).and_then(|part| part.lines().next()).unwrap_or_default().trim();
+    // A stray sign names nothing that one could look for in the line.
+    if read.contains(char::is_alphanumeric) { refusal.key(read) } else { refusal }
+}
+
+/// The refusal of a text that is no TOML, or that does not hold what `error` says it must.
+pub(crate) fn refusal(file: &Path, text: &str, error: &toml::de::Error) -> Error {
+    let message = error.message();
+    let kind = if message.starts_with("unknown field") || message.starts_with("unknown variant") {
+        ErrorKind::UnknownKey
+    } else if message.starts_with("missing field") {
+        ErrorKind::Missing
+    } else {
+        ErrorKind::Syntax
+    };
+    let first = error.span().map_or(0, |span| span.start);
+    if let Some((row, key)) = unknown_field(text, first, message) {
+        return explained(Error::new(kind).file(file).row(row).key(key), message)
+            .remedy("correct or remove that line of the file");
+    }
+    explained(located(kind, file, text, error), message).remedy("correct that line of the file")
+}
+
+/// What TOML says, shared out between what was read and what was expected.
+pub(crate) fn explained(error: Error, message: &str) -> Error {
+    let message = message.trim().replace('\n', " ");
+    match message.split_once(", expected ") {
+        Some((found, expected)) => error.found(found).expected(expected),
+        None => error.found(message),
+    }
+}
+
+/// Line and name of an unknown field: TOML tells the table's head only where the table is a tagged enum.
+fn unknown_field(text: &str, start: usize, message: &str) -> Option<(u64, String)> {
+    let name = message.strip_prefix("unknown field `")?.split('`').next()?;
+    let first = line_of(text, start);
+    let is_it = |line: &str| {
+        let behind = line.trim_start().trim_start_matches('[').strip_prefix(name);
+        behind.is_some_and(|rest| rest.trim_start().starts_with(['=', '.', ']']))
+    };
+    let row = (1..).zip(text.lines()).find(|(row, line)| *row >= first && is_it(line))?.0;
+    Some((row, name.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde::Deserialize;
+
+    #[derive(Debug, Deserialize)]
+    #[serde(deny_unknown_fields)]
+    struct Axis {
+        #[serde(rename = "mass_kg")]
+        _mass_kg: f64,
+    }
+
+    fn refused(text: &str) -> Error {
+        refusal(Path::new("axis.toml"), text, &toml::from_str::<Axis>(text).unwrap_err())
+    }
+
+    #[test]
+    fn exact_wrong_text_is_refused_with_its_line() {
+        let cases = [
+            ("# axis\n\nmass_kg = = 3\n", ErrorKind::Syntax, Some(3), None),
+            ("# axis\nmass_kg = \"3 kg\"\n", ErrorKind::Syntax, Some(2), Some("\"3 kg\"")),
+            ("mass_kg = 3.0\n\nmass_g = 1\n", ErrorKind::UnknownKey, Some(3), Some("mass_g")),
+        ];
+        for (text, kind, row, key) in cases {
+            let error = refused(text);
+            assert_eq!((error.kind(), error.row_number(), error.key_name()), (kind, row, key), "{error}");
+            assert_eq!(error.path(), Some(Path::new("axis.toml")));
+        }
+        assert_eq!(refused("# empty\n").kind(), ErrorKind::Missing);
+    }
+
+    #[test]
+    fn exact_unknown_field_of_a_nested_table_is_found_behind_its_head() {
+        let text = "stiff = 1\n[[mode]]\nmass_kg = 1.0\nstiff = 2\n";
+        let start = text.find("[[mode]]").unwrap();
+        assert_eq!(unknown_field(text, start, "unknown field `stiff`"), Some((4, "stiff".to_owned())));
+    }
+}
