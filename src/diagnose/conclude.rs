@@ -5,7 +5,7 @@ use super::experiment::{Experiment, trace};
 use super::fit::Fit;
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
-use super::selection::{ADEQUATE_GAP, Candidate, Found};
+use super::selection::{ADEQUATE_GAP, Candidate, Found, PRICE_PER_EFFECT};
 use super::verdict::{
     Calibration, Cause, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap, Verdict, Where,
 };
@@ -16,8 +16,8 @@ use crate::recording::Signal;
 use crate::twin::Sensing;
 use std::collections::BTreeMap;
 
-/// A rival explanation with this share of the chosen one's probability is worth a mention.
-const RIVAL: f64 = 0.05;
+/// Explanations closer than this in log-likelihood predict equally well (a factor of 20 in likelihood).
+const INDISTINCT: f64 = 3.0;
 /// Below this share among its rivals the chosen explanation is not decided.
 const DECIDED: f64 = 0.7;
 /// 97.5 % quantile of the normal distribution.
@@ -93,11 +93,17 @@ fn probability(found: &Found, effect: EffectId) -> f64 {
     sum.min(1.0)
 }
 
+/// Effects of explanations that predict the held-out runs as well, whatever their prior: within
+/// [`INDISTINCT`] of log-likelihood.
 fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     let chosen = found.candidates[found.chosen].effects();
-    let least = RIVAL * found.posterior[found.chosen];
+    let likelihood = |probability: f64, effects: &EffectSet| {
+        probability.max(f64::MIN_POSITIVE).ln() + PRICE_PER_EFFECT * effects.len() as f64
+    };
+    let own = likelihood(found.posterior[found.chosen], chosen);
     let mut names: Vec<String> = rivals(found)
-        .filter(|(candidate, p)| *p >= least && !candidate.effects().contains(&effect))
+        .filter(|(candidate, _)| !candidate.effects().contains(&effect))
+        .filter(|(candidate, p)| likelihood(*p, candidate.effects()) > own - INDISTINCT)
         .flat_map(|(candidate, _)| candidate.effects().difference(chosen).copied())
         .map(|e| e.name().to_string())
         .collect();

@@ -61,7 +61,13 @@ impl Start {
             position: if moves { at_start } else { mean },
             velocity: if moves { slope } else { 0.0 },
             effort_v: first_of(Signal::ControlEffort),
-            current: first_of(Signal::Current),
+            current: match run.signal(Signal::Current) {
+                // One sample of a noisy current would kick the axis; at rest a few milliseconds change little.
+                Some(current) if !moves => {
+                    Some(current[..first.len()].iter().sum::<f64>() / first.len() as f64)
+                }
+                _ => first_of(Signal::Current),
+            },
             reading: first_of(Signal::Position).zip(first_of(Signal::Velocity)),
         }
     }
