@@ -10,12 +10,16 @@ use crate::diagnose::verdict::{Diagnosis, SignalGap};
 use crate::recording::Signal;
 use crate::units::Motion;
 
+/// A residual below this share of the noise says that the noise is overstated, and the gap understated.
+const OVERSTATED: f64 = 0.3;
 /// Width of the labels below the table.
 const LABEL: usize = 11;
 
 /// The section.
 pub(super) fn section(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
-    let mut out = style.heading("HOW FAR", "residuals on the held-out runs, twin as it is → improved");
+    let improved = if diagnosis.causes.is_empty() { "calibrated" } else { "with the causes, calibrated" };
+    let remark = format!("held-out residuals, twin as it is → {improved}");
+    let mut out = style.heading("HOW FAR", &remark);
     let signals = &diagnosis.gap.signals;
     let whole = table(signals, motion, [true, true]);
     if whole.width() <= style.width {
@@ -61,6 +65,16 @@ fn summary(diagnosis: &Diagnosis, style: Style) -> String {
     let gap = &diagnosis.gap;
     let line = |label: &str, text: &str| labelled(label, LABEL, text, style);
     let mut out = line("noise σ", &noise_sources(&gap.signals));
+    let loud: Vec<String> = gap
+        .signals
+        .iter()
+        .filter(|signal| signal.rms_after < OVERSTATED * signal.noise)
+        .map(|signal| name(&signal.signal))
+        .collect();
+    if !loud.is_empty() {
+        let text = format!("overstated for {}: far more than is left of the residual", loud.join(", "));
+        out += &line("", &text);
+    }
     let g = format!(
         "{} → {} × noise (all signals together; {} is what noise alone leaves)",
         plain(gap.before),
@@ -69,12 +83,11 @@ fn summary(diagnosis: &Diagnosis, style: Style) -> String {
     );
     out += &line("gap G", &g);
     if diagnosis.verdict != Verdict::NoGap {
-        let [from, to] = gap.closed_ci95;
+        let [from, to] = gap.closed_ci95.map(percent);
         let closed = format!(
-            "{} achieved (95 % interval {} to {}); {} predicted by cross-validation on the training runs",
+            "{} achieved (95 % interval {}); {} predicted by cross-validation on the training runs",
             percent(gap.closed),
-            percent(from),
-            percent(to),
+            if from == to { from } else { format!("{from} to {to}") },
             percent(gap.predicted_closed)
         );
         out += &line("closed", &closed);

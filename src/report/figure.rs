@@ -90,10 +90,7 @@ fn signals(out: &mut String, signals: &[SignalGap], top: f64) {
     let height = 44.0 * signals.len() as f64;
     for decade in 0..=most as i32 {
         let x = place(10f64.powi(decade));
-        let _ = writeln!(
-            out,
-            "<path d=\"M{x:.1} {top:.1} v{height:.1}\" stroke=\"#dddddd\"/>"
-        );
+        let _ = writeln!(out, "<path d=\"M{x:.1} {top:.1} v{height:.1}\" stroke=\"#dddddd\"/>");
         text(out, x, top + height + 14.0, 11.0, PALE, "middle", &format!("{}×", 10f64.powi(decade)));
     }
     for (k, signal) in signals.iter().enumerate() {
@@ -111,7 +108,8 @@ fn signals(out: &mut String, signals: &[SignalGap], top: f64) {
             text(out, end + 5.0, y + down + 11.0, 11.0, INK, "start", &format!("{value:.2e}"));
         }
     }
-    let _ = writeln!(out, "<path d=\"M{left:.1} {top:.1} v{height:.1}\" stroke=\"{NOISE}\" stroke-width=\"2\"/>");
+    let _ =
+        writeln!(out, "<path d=\"M{left:.1} {top:.1} v{height:.1}\" stroke=\"{NOISE}\" stroke-width=\"2\"/>");
     let legend = "RMS of recorded less predicted on unseen runs, as a multiple of the signal's noise (SI value beside the bar):";
     text(out, MARGIN, top - 8.0, 12.0, PALE, "start", legend);
     text(out, WIDTH - MARGIN - 120.0, top - 8.0, 12.0, BEFORE, "start", "before");

@@ -2,7 +2,7 @@
 
 use super::Style;
 use super::layout::{Align, INDENT, Ink, Table, columns, paragraph, wrap};
-use super::number::{interval, toml_number, value, with_interval};
+use super::number::{interval, toml_number, twin, with_interval};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::Diagnosis;
 
@@ -22,7 +22,7 @@ pub(super) fn calibration(diagnosis: &Diagnosis, style: Style) -> String {
         table.row(vec![
             calibration.path.clone(),
             with_interval(&calibration.parameter),
-            value(calibration.parameter.twin, &calibration.parameter.unit),
+            twin(&calibration.parameter),
             edge.to_owned(),
         ]);
     }

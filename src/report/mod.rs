@@ -4,6 +4,7 @@
 //! calibrated, what was noticed in the data → what next.
 
 mod extent;
+pub mod figure;
 mod follow_up;
 mod layout;
 mod number;
@@ -12,4 +13,5 @@ mod sentence;
 mod terminal;
 mod which;
 
+pub use sentence::sentence;
 pub use terminal::{Style, terminal};

@@ -98,6 +98,26 @@ pub(super) fn with_interval(parameter: &Parameter) -> String {
     format!("{number} ± {}{symbol}", text(half))
 }
 
+/// A parameter to the digits that its interval allows, without it.
+pub(super) fn estimate(parameter: &Parameter) -> String {
+    as_precise(parameter.value, parameter)
+}
+
+/// What the twin has instead of a parameter, to as many digits.
+pub(super) fn twin(parameter: &Parameter) -> String {
+    if parameter.twin == 0.0 { value(0.0, &parameter.unit) } else { as_precise(parameter.twin, parameter) }
+}
+
+fn as_precise(number: f64, parameter: &Parameter) -> String {
+    let half = 0.5 * (parameter.ci95[1] - parameter.ci95[0]);
+    if !(number.is_finite() && parameter.value.is_finite() && half.is_finite() && half > 0.0) {
+        return value(number, &parameter.unit);
+    }
+    let (size, symbol) = engineering_unit(parameter.value.abs().max(half), &parameter.unit);
+    let places = places(half / size);
+    format!("{:.places$} {symbol}", positive_zero(number / size, places)).trim_end().to_owned()
+}
+
 /// The ends of a parameter's 95 % interval.
 pub(super) fn interval(parameter: &Parameter) -> String {
     let [from, to] = parameter.ci95;
@@ -105,7 +125,7 @@ pub(super) fn interval(parameter: &Parameter) -> String {
         return NONE.to_owned();
     }
     let (size, symbol) = engineering_unit(from.abs().max(to.abs()), &parameter.unit);
-    let places = (1 + places(0.5 * (to - from) / size)).min(9);
+    let places = places(0.5 * (to - from) / size);
     let text = |number: f64| format!("{:.places$}", positive_zero(number / size, places));
     format!("{} to {} {symbol}", text(from), text(to)).trim_end().to_owned()
 }
@@ -185,7 +205,7 @@ mod tests {
             (15.0234, [15.0111, 15.0357], "N", "15.023 ± 0.012 N"),
             (2.5e-4, [2.4e-4, 2.6e-4], "s", "250 ± 10 µs"),
             (333.0, [321.0, 345.0], "N·s/m", "333 ± 12 N·s/m"),
-            (-0.001, [-0.5, 0.498], "kg", "0.0 ± 0.5 kg"),
+            (-0.001, [-0.5, 0.498], "kg", "-1 ± 499 g"),
             (15.0, [14.9, 15.4], "N", "15.0 N (14.9 to 15.4)"),
             (15.0, [f64::NEG_INFINITY, f64::INFINITY], "N", "15.0 N"),
             (f64::NAN, [f64::NAN, f64::NAN], "N", "–"),

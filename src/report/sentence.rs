@@ -1,6 +1,6 @@
 //! The verdict as a sentence, with numbers and units.
 
-use super::number::{percent, plain, probability, value, with_interval};
+use super::number::{percent, plain, probability, twin, value, with_interval};
 use super::place::{banded, named, top};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis, Ranked, SignalGap};
@@ -17,8 +17,8 @@ const RIVAL: f64 = 0.05;
 /// Rivals that are named.
 const RIVALS: usize = 4;
 
-/// The verdict in words.
-pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
+/// The verdict in a sentence, with numbers in engineering units; a second one where a gap remains behind the causes.
+pub fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
     match diagnosis.verdict {
         Verdict::NoGap => no_gap(diagnosis),
         Verdict::Cause => cause(diagnosis, motion),
@@ -143,8 +143,7 @@ fn described(cause: &Cause) -> String {
         .map(|(key, parameter)| {
             let number = with_interval(parameter);
             let number = if alone { number } else { format!("{} {number}", name(key)) };
-            let twin = value(parameter.twin, &parameter.unit);
-            if parameter.twin == 0.0 { number } else { format!("{number} instead of {twin}") }
+            if parameter.twin == 0.0 { number } else { format!("{number} instead of {}", twin(parameter)) }
         })
         .collect();
     let what = format!("{} {at} the {}", phrase(&cause.effect), cause.site);

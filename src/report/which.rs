@@ -1,8 +1,8 @@
 //! WHICH: the effects named, with parameters and rivals, and the best explanations of the ranking.
 
 use super::Style;
-use super::layout::{Align, Table};
-use super::number::{NONE, interval, percent, plain, probability, value};
+use super::layout::{Align, Table, paragraph};
+use super::number::{NONE, estimate, interval, percent, plain, probability, twin};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis};
 
@@ -23,7 +23,8 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
         out += &parameters(&diagnosis.causes).text(style);
         out += "\n";
     }
-    out + &ranking(diagnosis).text(style)
+    out += &ranking(diagnosis).text(style);
+    out + &refinements(diagnosis, style)
 }
 
 fn effects(causes: &[Cause]) -> Table {
@@ -56,13 +57,33 @@ fn parameters(causes: &[Cause]) -> Table {
         for (name, parameter) in &cause.parameters {
             table.row(vec![
                 format!("{}.{name}", cause.effect),
-                value(parameter.value, &parameter.unit),
+                estimate(parameter),
                 interval(parameter),
-                value(parameter.twin, &parameter.unit),
+                twin(parameter),
             ]);
         }
     }
     table
+}
+
+/// What a diagnosis with the causes in the twin would look at next.
+fn refinements(diagnosis: &Diagnosis, style: Style) -> String {
+    let named = |effect: &&String| !diagnosis.causes.iter().any(|cause| cause.effect == **effect);
+    let mut further: Vec<&str> = Vec::new();
+    for effect in diagnosis.refinements.iter().flat_map(|ranked| &ranked.effects).filter(named) {
+        if !further.contains(&effect.as_str()) {
+            further.push(effect);
+        }
+    }
+    if further.is_empty() {
+        return String::new();
+    }
+    let text = format!(
+        "Predict a little better still, too little to be named beside this gap: {}. Diagnose again with the \
+         causes in the twin to look at them.",
+        further.join(", ")
+    );
+    format!("\n{}", paragraph(&text, style))
 }
 
 fn ranking(diagnosis: &Diagnosis) -> Table {
