@@ -12,7 +12,8 @@ use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
 use slideway::recording::Recording;
-use slideway::report::{Style, terminal};
+use slideway::report::figure::svg;
+use slideway::report::{Style, sentence, terminal};
 
 use super::setting::{Setting, lay_over};
 use super::{Failure, Screen};
@@ -47,6 +48,9 @@ pub(super) struct Diagnose {
     /// Write the verdict as JSON, schema slideway-diagnosis/1; - for standard output instead of the report
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
+    /// Draw where the gap lies and how far it shrinks, as SVG
+    #[arg(long, value_name = "FILE")]
+    figure: Option<PathBuf>,
     /// Exit with 1 when there is a gap
     #[arg(long)]
     exit_code: bool,
@@ -70,6 +74,7 @@ impl Diagnose {
     /// Diagnoses, writes the JSON, and shows the report.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         let destination = self.destination()?;
+        self.figure.iter().try_for_each(|path| check_place(path, "--figure"))?;
         let recording = Recording::read(&self.recording)?;
         let machine = self.machine(&recording)?;
         let diagnosis = self.diagnose(&machine, &recording, screen)?;
@@ -81,6 +86,9 @@ impl Diagnose {
             }
             Destination::File(path) => write(path, &json(&diagnosis)?)?,
             Destination::Nowhere => {}
+        }
+        if let Some(path) = &self.figure {
+            write(path, &svg(&diagnosis, &sentence(&diagnosis, machine.motion())))?;
         }
         if !matches!(destination, Destination::Stdout) {
             write!(screen.out, "{}", terminal(&diagnosis, machine.motion(), style()))?;
@@ -95,20 +103,7 @@ impl Diagnose {
         if path.as_os_str() == "-" {
             return Ok(Destination::Stdout);
         }
-        let refused = |found: &str, expected: &str, remedy: &str| {
-            Err(Error::new(ErrorKind::Io)
-                .file(path)
-                .key("--json")
-                .found(found)
-                .expected(expected)
-                .remedy(remedy))
-        };
-        if path.is_dir() {
-            return refused("a folder", "a file to write", "name a file in it");
-        }
-        if !folder(path).is_dir() {
-            return refused("a file in a folder that is not there", "a folder", "make the folder first");
-        }
+        check_place(path, "--json")?;
         Ok(Destination::File(path))
     }
 
@@ -153,6 +148,20 @@ impl Diagnose {
     }
 }
 
+/// Makes sure that a file can be written there before the work begins.
+fn check_place(path: &Path, option: &str) -> Result<(), Error> {
+    let refused = |found: &str, expected: &str, remedy: &str| {
+        Err(Error::new(ErrorKind::Io).file(path).key(option).found(found).expected(expected).remedy(remedy))
+    };
+    if path.is_dir() {
+        return refused("a folder", "a file to write", "name a file in it");
+    }
+    if !folder(path).is_dir() {
+        return refused("a file in a folder that is not there", "a folder", "make the folder first");
+    }
+    Ok(())
+}
+
 fn style() -> Style {
     let colour = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
     let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
@@ -183,7 +192,7 @@ fn write(path: &Path, text: &str) -> Result<(), Error> {
             .remedy("check the folder and its permissions")
     };
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".verdict-").suffix(".json");
+    builder.prefix(".slideway-");
     // Temporary files are for their owner only; this one becomes a file like any other.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));

@@ -59,8 +59,9 @@ pub struct Found {
 
 /// An effect more must be worth this much log-likelihood: a prior of 1 in 100 for each effect.
 pub const PRICE_PER_EFFECT: f64 = 4.605;
-/// An improvement must be so many of its own standard errors (over blocks of the held-out runs).
-const STANDARD_ERRORS: f64 = 2.0;
+/// An improvement must pay its price in this share of bootstrap draws over blocks of the held-out runs: it must
+/// not rest on one or two moments.
+const CERTAIN: f64 = 0.95;
 /// Below this gap an explanation is adequate: nothing is left that noise would not leave.
 pub const ADEQUATE_GAP: f64 = 1.25;
 /// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
@@ -228,7 +229,7 @@ impl Found {
     }
 
     /// Whether candidate `a` explains the held-out runs better than `b` by more than its extra effects cost and
-    /// by more than the scatter between blocks.
+    /// does so wherever the held-out runs are looked at.
     fn beyond_chance(&self, a: usize, b: usize) -> bool {
         let reference = self.reference();
         let gains: Vec<f64> = self.candidates[a]
@@ -238,12 +239,12 @@ impl Found {
             .zip(self.candidates[b].score.log_likelihoods(reference))
             .map(|(a, b)| a - b)
             .collect();
-        let count = gains.len() as f64;
-        let sum: f64 = gains.iter().sum();
-        let mean = sum / count;
-        let spread = (gains.iter().map(|g| (g - mean).powi(2)).sum::<f64>() / (count - 1.0).max(1.0)).sqrt();
         let more = self.candidates[a].effects().len() as f64 - self.candidates[b].effects().len() as f64;
-        sum > PRICE_PER_EFFECT * more.max(1.0) && sum > STANDARD_ERRORS * spread * count.sqrt()
+        let price = PRICE_PER_EFFECT * more.max(1.0);
+        let pays = |weights: &[f64]| gains.iter().zip(weights).map(|(g, w)| g * w).sum::<f64>() > price;
+        let draws = bootstrap(gains.len(), DRAWS);
+        let paid = draws.iter().filter(|weights| pays(weights)).count();
+        gains.iter().sum::<f64>() > price && paid as f64 >= CERTAIN * draws.len() as f64
     }
 
     /// Whether the step from `b` to `a` matters: it makes the explanation adequate, or closes a material share.
