@@ -94,3 +94,7 @@ pub mod sensor;
 pub mod solid;
 pub mod twin;
 pub mod units;
+
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct ReadmeDoctests;

@@ -384,3 +384,15 @@ fn exact_colour_changes_nothing_but_colour() {
     }
     assert_eq!(colourful, plain);
 }
+
+#[test]
+fn exact_figure_shows_the_numbers_and_needs_nothing_from_outside() {
+    let figure = slideway::report::figure::svg(&diagnosis(), "Coulomb friction < 16 N & more");
+    assert!(figure.starts_with("<svg") && figure.ends_with("</svg>\n"));
+    assert!(figure.contains("Coulomb friction &lt; 16 N &amp; more"));
+    for word in ["guide", "before", "after"] {
+        assert!(figure.contains(word), "{word}");
+    }
+    let outside = figure.replace("http://www.w3.org/2000/svg", "");
+    assert!(!outside.contains("http") && !outside.contains("NaN") && !outside.contains("<script"));
+}

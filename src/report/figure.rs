@@ -3,6 +3,8 @@
 use crate::diagnose::Diagnosis;
 use crate::diagnose::verdict::{Share, SignalGap};
 use crate::effect::Site;
+use crate::recording::Signal;
+use crate::units::{Motion, engineering};
 use std::fmt::Write as _;
 
 const WIDTH: f64 = 900.0;
@@ -18,8 +20,8 @@ const NOISE: &str = "#999999";
 ///
 /// White ground, no scripts, no external address; numbers in it are those of the diagnosis.
 pub fn svg(diagnosis: &Diagnosis, sentence: &str) -> String {
-    let lines = wrap(sentence, 118);
-    let note = wrap(diagnosis.data.note.as_deref().unwrap_or_default(), 150);
+    let lines = wrap(sentence, 100);
+    let note = wrap(diagnosis.data.note.as_deref().unwrap_or_default(), 130);
     let path_top = 40.0 + 18.0 * lines.len() as f64;
     let bars_top = path_top + 120.0;
     let bars_height = 44.0 * diagnosis.gap.signals.len() as f64;
@@ -95,7 +97,8 @@ fn signals(out: &mut String, signals: &[SignalGap], top: f64) {
     }
     for (k, signal) in signals.iter().enumerate() {
         let y = top + 44.0 * k as f64;
-        text(out, MARGIN, y + 24.0, 13.0, INK, "start", &signal.signal);
+        let (word, unit) = named(&signal.signal);
+        text(out, MARGIN, y + 24.0, 13.0, INK, "start", &word);
         let bars = [(signal.rms_before, BEFORE, 6.0), (signal.rms_after, AFTER, 22.0)];
         for (value, colour, down) in bars {
             let end = place(ratio(value, signal.noise)).max(left + 2.0);
@@ -105,15 +108,26 @@ fn signals(out: &mut String, signals: &[SignalGap], top: f64) {
                 y + down,
                 end - left
             );
-            text(out, end + 5.0, y + down + 11.0, 11.0, INK, "start", &format!("{value:.2e}"));
+            text(out, end + 5.0, y + down + 11.0, 11.0, INK, "start", &engineering(value, unit));
         }
     }
     let _ =
         writeln!(out, "<path d=\"M{left:.1} {top:.1} v{height:.1}\" stroke=\"{NOISE}\" stroke-width=\"2\"/>");
-    let legend = "RMS of recorded less predicted on unseen runs, as a multiple of the signal's noise (SI value beside the bar):";
+    let legend = "RMS of recorded less predicted on unseen runs, as a multiple of the signal's noise";
     text(out, MARGIN, top - 8.0, 12.0, PALE, "start", legend);
     text(out, WIDTH - MARGIN - 120.0, top - 8.0, 12.0, BEFORE, "start", "before");
     text(out, WIDTH - MARGIN - 60.0, top - 8.0, 12.0, AFTER, "start", "after");
+}
+
+/// A signal's word and SI unit from its canonical name.
+fn named(key: &str) -> (String, &'static str) {
+    match Signal::from_key(key) {
+        Some((signal, motion)) => {
+            let motion = motion.unwrap_or(Motion::Prismatic);
+            (signal.word(motion).to_string(), signal.si_unit(motion))
+        }
+        None => (key.to_string(), ""),
+    }
 }
 
 /// Breaks words into lines of at most `most` characters.
