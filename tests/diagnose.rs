@@ -3,8 +3,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::effect::EffectId;
+use slideway::error::ErrorKind;
 use slideway::machine::Machine;
-use slideway::recording::{Recording, Role, Run};
+use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::recording::recorded;
 use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
 use slideway::twin::Sensing;
@@ -242,4 +244,52 @@ fn exact_order_of_runs_does_not_matter() {
     let turned = Recording::new(runs).unwrap();
     let (a, b) = (run_diagnosis(&machine(GRINDER), &recording), run_diagnosis(&machine(GRINDER), &turned));
     assert_eq!(serde_json::to_string(&a.causes).unwrap(), serde_json::to_string(&b.causes).unwrap());
+}
+
+/// An effect struck from the catalogue is not looked at by any way round.
+#[test]
+fn exact_struck_effects_stay_struck() {
+    let catalogue: Vec<EffectId> =
+        EffectId::ALL.iter().copied().filter(|e| *e != EffectId::CoulombFriction).collect();
+    let recording = recording(&[("effect.coulomb_friction.force_n", 15.0)], 600);
+    let options = Options { catalogue: &catalogue, ..Options::default() };
+    let d = diagnose(&machine(GRINDER), &recording, &options).unwrap();
+    report("coulomb struck", &d);
+    assert!(d.ranking.iter().all(|r| !r.effects.iter().any(|e| e == "coulomb_friction")));
+    assert!(d.gap.closed <= 1.0 && d.causes.iter().all(|c| (0.0..=1.0).contains(&c.closes)));
+}
+
+/// Held-out runs that show no gap leave nothing to explain, whatever the training runs show.
+#[test]
+fn exact_quiet_held_out_runs_are_no_gap() {
+    let moving = recording(&[("effect.coulomb_friction.force_n", 15.0)], 601);
+    let still = recording_of(&[], 602, &[]);
+    let mut runs: Vec<Run> =
+        moving.runs().iter().filter(|r| r.role == Some(Role::Training)).cloned().collect();
+    runs.extend(still.runs().iter().filter(|r| r.role == Some(Role::HeldOut)).take(1).cloned());
+    let d = run_diagnosis(&machine(GRINDER), &Recording::new(runs).unwrap());
+    assert_eq!((d.verdict, named(&d), d.unexplained), (Verdict::NoGap, vec![], 0.0));
+}
+
+/// Positions beyond the joint's limits are a wrong unit, and a handful of samples is no run.
+#[test]
+fn exact_unreachable_positions_and_stub_runs_are_refused() {
+    let refused = |scale: f64, samples: usize| {
+        let source = recording(&[], 603);
+        let runs = source.runs().iter().map(|run| {
+            let signals = [Signal::PositionReference, Signal::Position].map(|signal| {
+                let all = run.signal(signal).unwrap();
+                (signal, all[..samples.min(all.len())].iter().map(|x| x * scale).collect())
+            });
+            let mut short =
+                Run::new(run.name(), run.motion(), run.sample_period_s(), signals.into_iter().collect())
+                    .unwrap();
+            short.role = run.role;
+            short
+        });
+        let recording = Recording::new(runs.collect()).unwrap();
+        diagnose(&machine(GRINDER), &recording, &Options::default()).unwrap_err()
+    };
+    assert_eq!(refused(1000.0, usize::MAX).kind(), ErrorKind::Unit);
+    assert_eq!(refused(1.0, 5).kind(), ErrorKind::TooLittleData);
 }

@@ -32,7 +32,7 @@ pub fn verdict(found: &Found, before: &Score) -> Verdict {
     }
     let own = found.posterior[found.chosen];
     let rivals: f64 = rivals(found).map(|(_, probability)| probability).sum();
-    if own / (own + rivals) < DECIDED { Verdict::Undecided } else { Verdict::Cause }
+    if own / (own + rivals) >= DECIDED { Verdict::Cause } else { Verdict::Undecided }
 }
 
 /// Explanations that lack one of the chosen effects, with their probabilities.

@@ -11,6 +11,31 @@ use crate::twin::Sensing;
 pub const COMPARED: [Signal; 5] =
     [Signal::ControlEffort, Signal::Current, Signal::Thrust, Signal::Position, Signal::Velocity];
 
+/// Shorter runs say nothing that noise does not.
+const LEAST_SAMPLES: usize = 50;
+/// Positions may lie so far outside the joint's limits, in shares of its range: limits are round numbers.
+const TRAVEL_MARGIN: f64 = 0.25;
+
+/// Refuses positions and references that the joint cannot reach: a unit is wrong, or the machine.
+fn check_travel(run: &Run, machine: &Machine) -> Result<()> {
+    let joint = &machine.solid().joint;
+    let margin = TRAVEL_MARGIN * (joint.upper - joint.lower);
+    for signal in [Signal::PositionReference, Signal::Position] {
+        let samples = run.signal(signal).unwrap_or_default();
+        let outside = |x: &f64| *x < joint.lower - margin || *x > joint.upper + margin;
+        if let Some(sample) = samples.iter().position(outside) {
+            let unit = signal.si_unit(run.motion());
+            return Err(Error::new(ErrorKind::Unit)
+                .file(&run.file)
+                .key(signal.key(run.motion()))
+                .found(format!("{} {unit} at sample {sample}", samples[sample]))
+                .expected(format!("positions from {} to {} {unit}, the limits of joint `{}`", joint.lower, joint.upper, joint.name))
+                .remedy("give the column's unit in [columns], for instance unit = \"mm\", or correct the limits in the URDF"));
+        }
+    }
+    Ok(())
+}
+
 /// One run: what was recorded and how to replay it.
 #[derive(Debug, Clone)]
 pub struct Experiment {
@@ -44,6 +69,15 @@ impl Experiment {
                 .expected("the controller's sample period in both")
                 .remedy("correct sample_period_s of machine.toml, or record at the controller's rate"));
         }
+        if run.len() < LEAST_SAMPLES {
+            return Err(Error::new(ErrorKind::TooLittleData)
+                .file(&run.file)
+                .key(run.name())
+                .found(format!("{} samples", run.len()))
+                .expected(format!("at least {LEAST_SAMPLES}"))
+                .remedy("take the run out of the recording, or record a longer one"));
+        }
+        check_travel(run, machine)?;
         let signals = COMPARED.into_iter().filter(|&signal| run.signal(signal).is_some()).collect();
         Ok(Self { run: run.clone(), recorded: Recorded::of(run)?, signals })
     }

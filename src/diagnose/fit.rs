@@ -72,9 +72,13 @@ impl<'a> Objective<'a> {
     /// Normalised residuals of all runs, run after run, signal after signal.
     ///
     /// # Errors
-    /// A value that the machine's description refuses.
+    /// A setting of a run that the machine does not have.
     pub fn residuals(&self, values: &[f64]) -> Result<DVector<f64>> {
-        let machine = self.hypothesis.machine(self.machine, values)?;
+        let Ok(machine) = self.hypothesis.machine(self.machine, values) else {
+            // A value that the description refuses (no mass left, say) explains nothing.
+            let rows = self.experiments.iter().map(|e| e.samples() * e.signals().len()).sum();
+            return Ok(DVector::from_element(rows, LARGEST));
+        };
         let mut all = Vec::new();
         for experiment in self.experiments {
             let predicted = experiment.predict(&machine, Sensing::Perfect)?;
@@ -92,8 +96,11 @@ impl<'a> Objective<'a> {
         let mut jacobian = DMatrix::zeros(residuals.len(), values.len());
         for (k, free) in self.hypothesis.free.iter().enumerate() {
             let mut varied = values.to_vec();
-            let inside = values[k] + DIFFERENCE * free.scale <= free.range.1;
-            let step = if inside { DIFFERENCE * free.scale } else { -DIFFERENCE * free.scale };
+            let reach = DIFFERENCE * free.scale;
+            let step = if values[k] + reach <= free.range.1 { reach } else { -reach };
+            if values[k] + step < free.range.0 {
+                continue; // no room to vary: the data leave this number where it is
+            }
             varied[k] += step;
             // In units of the number's scale, so that columns are comparable.
             let column = (self.residuals(&varied)? - residuals) * (free.scale / step);
@@ -318,8 +325,10 @@ fn finish(objective: &Objective, values: Vec<f64>) -> Result<Fit> {
         }
         scatter += &score * score.transpose();
     }
-    let inverse = normal.clone().pseudo_inverse(1e-14 * normal.norm().max(1e-300));
-    let inverse = inverse.unwrap_or_else(|_| DMatrix::zeros(count, count));
+    let sound = normal.iter().all(|x| x.is_finite());
+    let inverse =
+        sound.then(|| normal.clone().pseudo_inverse(1e-14 * normal.norm().max(1e-300)).ok()).flatten();
+    let inverse = inverse.unwrap_or_else(|| DMatrix::zeros(count, count));
     let covariance = &inverse * (scatter + DMatrix::from_diagonal(&weight)) * &inverse;
     let free = &objective.hypothesis.free;
     let standard_errors = (0..count).map(|k| covariance[(k, k)].max(0.0).sqrt() * free[k].scale).collect();

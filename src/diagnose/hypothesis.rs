@@ -57,9 +57,15 @@ impl Hypothesis {
         let mut free = Vec::new();
         let mut starts: Vec<Vec<f64>> = vec![Vec::new()];
         for &effect in effects {
-            let values = effect.start(screen);
             let ranges = effect.range(screen);
             let neutral = stated_values(machine, effect);
+            let mut values = effect.start(screen);
+            // Screening sees what is missing; where the twin has some of these already, that comes on top.
+            if matches!(effect, EffectId::CoulombFriction | EffectId::ConstantForce | EffectId::Payload)
+                && machine.description().effect.contains(effect)
+            {
+                values.iter_mut().for_each(|start| start[0] += neutral[0]);
+            }
             free.extend(parameters(effect, motion).enumerate().map(|(k, (name, unit))| {
                 let range = ranges[k];
                 Free {

@@ -5,7 +5,9 @@ use super::motion::Motion;
 use super::noise::Floor;
 use super::verdict::{Band, Share, Where};
 use crate::controller::Input;
+use crate::drive::amplifier::SplitDelay;
 use crate::drive::motor::{Circuit, CircuitStep};
+use crate::effect::Constants;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -234,7 +236,7 @@ impl Segments {
         if let Some(residual) = controller_residual(experiment, &machine) {
             self.controller.push(mean_square(&residual) * force_per_volt * force_per_volt);
         }
-        if let Some(residual) = drive_residual(experiment, &constants.circuit) {
+        if let Some(residual) = drive_residual(experiment, &constants) {
             self.drive_is_apart = true;
             self.drive.push(mean_square(&residual));
         }
@@ -246,6 +248,9 @@ impl Segments {
         let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len().max(1) as f64;
         let (controller, drive, mechanics) =
             (mean(&self.controller), mean(&self.drive), mean(&self.mechanics));
+        if controller + drive + mechanics == 0.0 {
+            return Vec::new(); // no segment has both its ends logged
+        }
         if self.drive_is_apart {
             let names = ["controller", "amplifier+motor", "guide+structure+sensor"];
             shares(&names, &[controller, drive, mechanics])
@@ -283,25 +288,33 @@ fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option<Vec
 }
 
 /// Measured motor effort less what the drive's model makes of the measured voltage, in N or N·m.
-fn drive_residual(experiment: &Experiment, circuit: &Circuit) -> Option<Vec<f64>> {
+fn drive_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
     let run = experiment.run();
     let effort = run.signal(Signal::ControlEffort)?;
-    let step = CircuitStep::new(circuit, run.sample_period_s());
+    let period = run.sample_period_s();
+    let delay = SplitDelay::new(constants.delay_s, period);
+    let steps =
+        [delay.fraction, 1.0 - delay.fraction].map(|f| CircuitStep::new(&constants.circuit, f * period));
+    let (kt, winding) = (steps[0].effort_constant(), steps[0].has_current());
     let measured: Vec<f64> = match (run.signal(Signal::Current), run.signal(Signal::Thrust)) {
-        (Some(current), _) if step.has_current() => {
-            current.iter().map(|i| i * step.effort_constant()).collect()
-        }
+        (Some(current), _) if winding => current.iter().map(|i| i * kt).collect(),
         (_, Some(thrust)) => thrust.to_vec(),
         _ => return None,
     };
     let position = run.signal(Signal::Position)?;
-    let period = run.sample_period_s();
-    let mut current = measured[0] / step.effort_constant();
+    let limit = constants.voltage_limit_v.unwrap_or(f64::INFINITY);
+    let applied = |k: usize, back: usize| effort[k.saturating_sub(back)].clamp(-limit, limit);
+    let mut current = measured[0] / kt;
     let modelled = (0..effort.len()).map(|k| {
         let velocity = if k == 0 { 0.0 } else { (position[k] - position[k - 1]) / period };
-        let now = if step.has_current() { current } else { effort[k] };
-        step.advance(&mut current, effort[k], velocity);
-        now * step.effort_constant()
+        let voltages = [applied(k, delay.periods + 1), applied(k, delay.periods)];
+        let now = if winding { current } else { voltages[usize::from(delay.fraction == 0.0)] };
+        if winding {
+            for (step, voltage) in steps.iter().zip(voltages).filter(|(step, _)| step.duration_s() > 0.0) {
+                step.advance(&mut current, voltage, velocity);
+            }
+        }
+        now * kt
     });
     Some(measured.iter().zip(modelled).map(|(m, p)| m - p).collect())
 }

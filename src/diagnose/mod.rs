@@ -55,6 +55,10 @@ pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> 
         ready.set_floor(&found.candidates[found.chosen].fit.machine(machine)?)?;
         found = ready.search(options, Some(&found))?;
     }
+    if ready.before.mean_square() < 1.0 + evidence::LEAST_EXCESS {
+        // The held-out runs show no gap: there is nothing that a cause could explain.
+        found.chosen = 0;
+    }
     ready.conclude(&found, recording, options)
 }
 
@@ -164,6 +168,10 @@ impl<'a> Ready<'a> {
         }
         let count = folds as f64;
         let excess = before / count - 1.0;
-        Ok(if excess > 0.0 { 1.0 - (after / count - 1.0) / excess } else { 0.0 })
+        Ok(if excess > evidence::LEAST_EXCESS {
+            (1.0 - (after / count - 1.0) / excess).min(1.0)
+        } else {
+            0.0
+        })
     }
 }

@@ -55,7 +55,11 @@ impl Floor {
         let declared = Declared::of(machine, experiments)?;
         let mut levels = BTreeMap::new();
         for signal in experiments.iter().flat_map(|e| e.signals()).copied() {
-            let size = size(experiments, signal).max(f64::MIN_POSITIVE);
+            let size = match size(experiments, signal) {
+                // A signal that is zero throughout: any σ serves, it must only be a number.
+                0.0 => 1.0,
+                size => size,
+            };
             let least = LEAST_FRACTION * size;
             let still = dwell.get(&signal).map(|&sigma| (sigma, Source::Dwell));
             let stated = declared.level(signal).map(|sigma| (sigma, Source::Declared));

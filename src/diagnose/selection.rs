@@ -3,7 +3,7 @@
 use super::evidence::{Score, bootstrap};
 use super::experiment::Experiment;
 use super::fit::{Fit, fit};
-use super::hypothesis::{EffectSet, Hypothesis};
+use super::hypothesis::{EffectSet, Freedom, Hypothesis};
 use super::noise::Floor;
 use crate::effect::{EffectId, Screen};
 use crate::error::Result;
@@ -55,6 +55,8 @@ pub struct Found {
     pub chosen: usize,
     /// Posterior probability of each candidate.
     pub posterior: Vec<f64>,
+    /// Effects that may be named.
+    catalogue: Vec<EffectId>,
 }
 
 /// An effect more must be worth this much log-likelihood: a prior of 1 in 100 for each effect.
@@ -76,7 +78,12 @@ impl Search<'_> {
     /// # Errors
     /// Whatever a replay refuses.
     pub fn run(&self, before: &Score) -> Result<Found> {
-        let mut found = Found { candidates: Vec::new(), chosen: 0, posterior: Vec::new() };
+        let mut found = Found {
+            candidates: Vec::new(),
+            chosen: 0,
+            posterior: Vec::new(),
+            catalogue: self.catalogue.to_vec(),
+        };
         self.add(&mut found, &[EffectSet::new()], None)?;
         for _ in 0..MOST_EFFECTS {
             self.grow(&mut found, before)?;
@@ -127,7 +134,8 @@ impl Search<'_> {
                 .collect();
             let indices = self.add(found, &sets, Some(found.chosen))?;
             let Some(best) = found.best_of(&indices) else { break };
-            if !found.beyond_chance(best, found.chosen) || !found.worth_naming(best, found.chosen, before) {
+            let real = found.is_resolved(best) && found.beyond_chance(best, found.chosen);
+            if !real || !found.worth_naming(best, found.chosen, before) {
                 break;
             }
             found.chosen = best;
@@ -163,7 +171,7 @@ impl Search<'_> {
             sets.extend([full, EffectSet::from([law])]);
             let indices = self.add(found, &sets, Some(found.chosen))?;
             let Some(best) = found.best_of(&indices) else { continue };
-            let plain = plain(found.candidates[best].effects(), law);
+            let plain = found.plain(best, law);
             self.add(found, &[plain], Some(found.chosen))?;
             let needed = found.is_needed(best, law);
             let better = found.merit(best) > found.merit(found.chosen);
@@ -174,11 +182,6 @@ impl Search<'_> {
         }
         Ok(false)
     }
-}
-
-/// The set with what a law generalises in the law's place.
-fn plain(set: &EffectSet, law: EffectId) -> EffectSet {
-    set.iter().filter(|e| **e != law).chain(law.supersedes()).copied().collect()
 }
 
 /// The set without each of its members.
@@ -207,10 +210,30 @@ impl Found {
         total - PRICE_PER_EFFECT * self.candidates[index].effects().len() as f64
     }
 
+    /// A candidate's effects with what a law generalises in the law's place, as far as that may be named.
+    fn plain(&self, index: usize, law: EffectId) -> EffectSet {
+        let general = law.supersedes().iter().filter(|e| self.catalogue.contains(e));
+        self.candidates[index].effects().iter().filter(|e| **e != law).chain(general).copied().collect()
+    }
+
+    /// Whether every effect of a candidate has a parameter whose 95 % interval leaves out the twin's own value.
+    fn is_resolved(&self, index: usize) -> bool {
+        let fit = &self.candidates[index].fit;
+        let resolved = |effect: &EffectId| {
+            fit.hypothesis.free.iter().enumerate().any(|(k, free)| {
+                let away = (fit.values[k] - free.neutral).abs();
+                free.effect == *effect
+                    && free.freedom == Freedom::Cause
+                    && away > 1.96 * fit.standard_errors[k]
+            })
+        };
+        fit.hypothesis.effects.iter().all(resolved)
+    }
+
     /// Whether a law that generalises others beats every set of those others that was looked at: if it does not,
     /// its extra freedom says nothing and the simpler effects stand for it.
     fn is_needed(&self, index: usize, law: EffectId) -> bool {
-        let plain = plain(self.candidates[index].effects(), law);
+        let plain = self.plain(index, law);
         let simpler = self.candidates.iter().enumerate().filter(|(_, c)| c.effects().is_subset(&plain));
         simpler.map(|(k, _)| k).all(|simple| self.beyond_chance(index, simple))
     }

@@ -88,7 +88,7 @@ impl Law for AsymmetricFriction {
     }
 
     fn neutral(constants: &Constants) -> Vec<f64> {
-        vec![0.0, 0.0, constants.viscous, constants.viscous]
+        vec![constants.coulomb, constants.coulomb, constants.viscous, constants.viscous]
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
@@ -104,8 +104,11 @@ impl Law for AsymmetricFriction {
             half(-1.0, &|k| -screen.velocity[k]),
         ];
         let stated = screen.viscous();
+        let coulomb = screen.constants.as_ref().map_or(0.0, |c| c.coulomb);
         let guess = match screen.regress(&columns).as_deref() {
-            Some([_, plus, minus, c_plus, c_minus]) => vec![*plus, *minus, stated + c_plus, stated + c_minus],
+            Some([_, plus, minus, c_plus, c_minus]) => {
+                vec![coulomb + plus, coulomb + minus, stated + c_plus, stated + c_minus]
+            }
             _ => vec![0.05 * screen.largest_force, 0.05 * screen.largest_force, stated, stated],
         };
         vec![guess.into_iter().map(|value| value.max(0.0)).collect()]

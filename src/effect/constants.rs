@@ -12,6 +12,8 @@ pub struct Constants {
     pub moving_mass: f64,
     /// Viscous coefficient of the guide in N·s/m, or N·m·s/rad.
     pub viscous: f64,
+    /// Symmetric Coulomb friction of the guide in N, or N·m; it acts through its effect.
+    pub coulomb: f64,
     /// Motor circuit.
     pub circuit: Circuit,
     /// Symmetric limit of the amplifier's voltage in V, if it has one.

@@ -43,12 +43,16 @@ impl Law for CoulombFriction {
         negative("force_n", self.force_n)
     }
 
+    fn alter(&self, constants: &mut Constants) {
+        constants.coulomb = self.force_n;
+    }
+
     fn resistance(&self, _direction: f64, _speed: f64) -> f64 {
         self.force_n
     }
 
-    fn neutral(_constants: &Constants) -> Vec<f64> {
-        vec![0.0]
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.coulomb]
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {

@@ -156,6 +156,7 @@ impl Machine {
         Constants {
             moving_mass: self.solid.moving_inertia_along_joint(),
             viscous: d.guide.viscous_n_s_per_m,
+            coulomb: 0.0,
             circuit: Circuit::from(&d.motor),
             voltage_limit_v: d.amplifier.voltage_limit_v,
             delay_s: d.amplifier.delay_s,

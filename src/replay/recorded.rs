@@ -83,7 +83,8 @@ pub fn is_steady(samples: &[f64]) -> bool {
     let (a, b) = (mean(first), mean(second));
     let squares = |part: &[f64], m: f64| part.iter().map(|x| (x - m) * (x - m)).sum::<f64>();
     let variance = (squares(first, a) + squares(second, b)) / samples.len() as f64;
-    (a - b).abs() <= STEADY_STANDARD_ERRORS * (4.0 * variance / samples.len() as f64).sqrt()
+    let rounding = 1e-12 * a.abs();
+    (a - b).abs() <= STEADY_STANDARD_ERRORS * (4.0 * variance / samples.len() as f64).sqrt() + rounding
 }
 
 /// Value and slope at the first sample of the least-squares parabola, and the slope's standard error.
