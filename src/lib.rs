@@ -29,7 +29,7 @@
 //!
 //! Modules import in one direction: [`error`], [`units`], [`recording`], [`identify`], [`solid`],
 //! [`controller`], [`drive`], [`sensor`], [`base`], [`guide`], [`effect`], [`machine`], [`plant`], [`twin`],
-//! [`replay`], then diagnosis, trials, reports and the command line.
+//! [`replay`], [`diagnose`], [`report`], then the command line, which belongs to the binary.
 //!
 //! # Where something new goes
 //! **A new effect** (a law that a real machine follows and a twin may leave out) is one file in [`effect`]
@@ -52,31 +52,7 @@
 //!   part relative to the base. A constant force is stated as the load that the motor has to hold.
 //! - A replay runs free: it gets the reference and nothing measured after the start, and closes the loop
 //!   through the twin's own sensor, so that errors add up as they would on the machine.
-//!
-//! # Example
-//! A stroke from rest to rest: whatever the controller does, the impulse of the motor is what viscous drag
-//! takes on the way, c·stroke.
-//!
-//! ```
-//! use slideway::machine::Machine;
-//! use slideway::plant::axis::Axis;
-//! use slideway::replay::{Motion, Stroke, follow, run};
-//! use slideway::twin::{Sensing, Twin};
-//! use std::path::Path;
-//!
-//! let machine = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder"))?;
-//! let constants = machine.constants();
-//! let stroke = Stroke::metres_at_metres_per_minute(0.02, 8.0)?;
-//! let motion = Motion { strokes: vec![stroke], lead_s: 0.0, dwell_s: 1.0, ramp_s: 0.02 };
-//! let reference = motion.reference(constants.sample_period_s);
-//!
-//! let mut twin = Twin::new(&machine, Axis::of(&constants), Sensing::Perfect);
-//! let traces = run(&mut twin, follow(&reference, constants.sample_period_s), |_| ());
-//!
-//! let impulse: f64 = traces.thrust.iter().sum::<f64>() * constants.sample_period_s;
-//! assert!((impulse / (constants.viscous * stroke.stroke) - 1.0).abs() < 1e-3);
-//! # Ok::<(), slideway::error::Error>(())
-//! ```
+
 pub mod base;
 pub mod controller;
 pub mod diagnose;
