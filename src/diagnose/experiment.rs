@@ -48,8 +48,8 @@ impl Experiment {
     /// Makes a run ready.
     ///
     /// # Errors
-    /// A run without position reference or position, a sample period that is not the machine's, or a machine
-    /// whose controller is not stated.
+    /// A run without position reference or position, a run too short to tell anything, positions that the joint
+    /// cannot reach, a sample period that is not the machine's, or a machine whose controller is not stated.
     pub fn new(run: &Run, machine: &Machine) -> Result<Self> {
         let description = machine.description();
         if description.controller.is_none() {

@@ -19,10 +19,6 @@ pub struct Fit {
     pub values: Vec<f64>,
     /// Standard errors of the values, robust to autocorrelated and uneven residuals.
     pub standard_errors: Vec<f64>,
-    /// Mean square of the normalised residuals on the training runs.
-    pub mean_square: f64,
-    /// Correlation of each pair of free numbers in the fit.
-    pub correlation: DMatrix<f64>,
 }
 
 impl Fit {
@@ -204,11 +200,12 @@ impl Rows<'_> {
 ///
 /// # Model
 /// Levenberg–Marquardt with bounds: numbers on a bound whose gradient points outward are held, the others
-/// move. Residuals far outside their own spread count linearly (Huber). Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples, which
-/// holds for autocorrelated and uneven residuals alike.
+/// move. Residuals far outside their own spread count linearly (Huber). Standard errors are the sandwich
+/// `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples, which holds for autocorrelated and uneven
+/// residuals alike.
 ///
 /// # Errors
-/// A starting value that the machine's description refuses.
+/// A setting of a run that the machine does not have.
 pub fn fit(
     machine: &Machine,
     hypothesis: &Hypothesis,
@@ -332,17 +329,7 @@ fn finish(objective: &Objective, values: Vec<f64>) -> Result<Fit> {
     let covariance = &inverse * (scatter + DMatrix::from_diagonal(&weight)) * &inverse;
     let free = &objective.hypothesis.free;
     let standard_errors = (0..count).map(|k| covariance[(k, k)].max(0.0).sqrt() * free[k].scale).collect();
-    let correlation = DMatrix::from_fn(count, count, |a, b| {
-        let spread = (inverse[(a, a)] * inverse[(b, b)]).sqrt();
-        if spread > 0.0 { inverse[(a, b)] / spread } else { 0.0 }
-    });
-    Ok(Fit {
-        hypothesis: objective.hypothesis.clone(),
-        mean_square: residuals.norm_squared() / residuals.len().max(1) as f64,
-        values,
-        standard_errors,
-        correlation,
-    })
+    Ok(Fit { hypothesis: objective.hypothesis.clone(), values, standard_errors })
 }
 
 /// Rows of each block: the same stretch of time in every signal of a run.

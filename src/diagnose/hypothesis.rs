@@ -61,9 +61,7 @@ impl Hypothesis {
             let neutral = stated_values(machine, effect);
             let mut values = effect.start(screen);
             // Screening sees what is missing; where the twin has some of these already, that comes on top.
-            if matches!(effect, EffectId::CoulombFriction | EffectId::ConstantForce | EffectId::Payload)
-                && machine.description().effect.contains(effect)
-            {
+            if effect.is_cumulative() && machine.description().effect.contains(effect) {
                 values.iter_mut().for_each(|start| start[0] += neutral[0]);
             }
             free.extend(parameters(effect, motion).enumerate().map(|(k, (name, unit))| {

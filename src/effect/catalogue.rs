@@ -35,6 +35,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::SUPERSEDES,)+ }
             }
 
+            /// See [`Law::CUMULATIVE`].
+            pub fn is_cumulative(self) -> bool {
+                match self { $(Self::$law => <$law as Law>::CUMULATIVE,)+ }
+            }
+
             /// What the effect is, in a phrase.
             pub fn phrase(self) -> &'static str {
                 match self { $(Self::$law => <$law as Law>::PHRASE,)+ }

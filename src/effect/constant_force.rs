@@ -32,6 +32,7 @@ pub struct ConstantForce {
 impl Law for ConstantForce {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "a constant force";
+    const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
     const PUSHES: bool = true;
 

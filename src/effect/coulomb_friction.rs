@@ -36,6 +36,7 @@ pub struct CoulombFriction {
 impl Law for CoulombFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "Coulomb friction";
+    const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
     const RESISTS: bool = true;
 

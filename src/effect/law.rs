@@ -107,6 +107,9 @@ pub trait Law: Sized {
     /// Whether [`push`](Law::push) is overridden.
     const PUSHES: bool = false;
 
+    /// Whether the first parameter found by screening comes on top of what the twin states already.
+    const CUMULATIVE: bool = false;
+
     /// What is wrong with the parameters, if anything.
     fn fault(&self) -> Option<String> {
         None
@@ -116,7 +119,8 @@ pub trait Law: Sized {
     fn alter(&self, _constants: &mut Constants) {}
 
     /// Magnitude of the friction that opposes motion at `speed` ≥ 0 in `direction` (±1); at zero speed, the
-    /// force up to which the guide sticks.
+    /// force up to which the guide sticks. Less than zero only for a law that has more drag than its own in the
+    /// linear dynamics (a mean over both directions, say).
     fn resistance(&self, _direction: f64, _speed: f64) -> f64 {
         0.0
     }

@@ -25,6 +25,7 @@ pub struct Payload {
 impl Law for Payload {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a moving mass off its stated value";
+    const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] =
         &[Parameter {
             name: "mass_kg", revolute_name: "inertia_kg_m2", unit: "kg", revolute_unit: "kg·m²"
