@@ -7,11 +7,12 @@
 use crate::controller::{Controller, Input, Memory};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
 use crate::drive::motor::CircuitStep;
-use crate::effect::{Constants, Effect};
+use crate::effect::{Constants, Door, Effect};
+use crate::guide::Bristle;
 use crate::guide::stick_slip::friction;
 use crate::machine::Machine;
-use crate::plant::Plant;
-use crate::sensor::{CurrentSensor, Encoder, VelocityMemory};
+use crate::plant::{LoadModel, Plant};
+use crate::sensor::{CurrentSensor, Encoder, End, LoadSensor, VelocityEstimate, VelocityMemory, rounded};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -27,12 +28,14 @@ pub struct Command {
     pub disturbance_v: f64,
     /// Effort to apply instead of the controller's (the disturbance is then part of it already).
     pub effort_v: Option<f64>,
+    /// Motor force or torque to apply instead of the motor's, in N or N·m.
+    pub thrust: Option<f64>,
 }
 
 impl Command {
     /// Follow a reference, nothing injected.
     pub fn follow(position_reference: f64, velocity_reference: f64) -> Self {
-        Self { position_reference, velocity_reference, disturbance_v: 0.0, effort_v: None }
+        Self { position_reference, velocity_reference, disturbance_v: 0.0, effort_v: None, thrust: None }
     }
 }
 
@@ -49,6 +52,8 @@ pub struct Sample {
     pub current: f64,
     /// Motor force or torque at the sample, in N or N·m.
     pub thrust: f64,
+    /// Reading of the second sensor, at the load; that of the encoder where there is none.
+    pub load_position: f64,
 }
 
 /// Whether sensors are perfect or as the machine file states them.
@@ -73,6 +78,75 @@ struct Piece {
     ends_step: bool,
 }
 
+/// Laws that act along the path while the twin runs, by the door through which they do.
+#[derive(Debug, Clone)]
+struct Laws {
+    resistances: Vec<Effect>,
+    pushes: Vec<Effect>,
+    ripples: Vec<Effect>,
+    transmissions: Vec<Effect>,
+    readings: Vec<Effect>,
+    bristle: Option<Bristle>,
+    /// Coulomb friction per sum of slider loads, and the loads where the plant does not know them.
+    loaded: Option<(f64, LoadModel)>,
+}
+
+impl Laws {
+    fn of(machine: &Machine) -> Self {
+        let acting = machine.effects();
+        let through = |door| acting.iter().filter(|e| e.acts_through(door)).cloned().collect::<Vec<_>>();
+        let coefficient: f64 = acting.iter().map(Effect::load_coefficient).sum();
+        Self {
+            resistances: through(Door::Resistance),
+            pushes: through(Door::Push),
+            ripples: through(Door::Ripple),
+            transmissions: through(Door::Transmission),
+            readings: through(Door::Reading),
+            bristle: acting.iter().find_map(Effect::bristle),
+            loaded: (coefficient > 0.0)
+                .then(|| LoadModel::of(machine).map(|model| (coefficient, model)))
+                .flatten(),
+        }
+    }
+
+    fn push(&self, position: f64, velocity: f64) -> f64 {
+        self.pushes.iter().map(|effect| effect.push(position, velocity)).sum()
+    }
+
+    fn ripple(&self, position: f64) -> f64 {
+        1.0 + self.ripples.iter().map(|effect| effect.ripple(position)).sum::<f64>()
+    }
+
+    /// The load's position behind the drive train, whose laws remember theirs in `memory`.
+    fn transmit(&self, motor: f64, memory: &mut [f64]) -> f64 {
+        let mut position = motor;
+        for (effect, last) in self.transmissions.iter().zip(memory) {
+            position = effect.transmit(position, *last);
+            *last = position;
+        }
+        position
+    }
+
+    fn read(&self, position: f64) -> f64 {
+        self.readings.iter().fold(position, |reading, effect| effect.read(reading))
+    }
+
+    /// The position of the motor's end at which the encoder would show `reading`, every play at its middle.
+    fn position_at(&self, reading: f64, end: End) -> f64 {
+        let shown = |motor: f64| {
+            let mut memory = vec![motor; self.transmissions.len()];
+            let load = self.transmit(motor, &mut memory);
+            self.read(if end == End::Motor { motor } else { load })
+        };
+        // Errors of a reading are small against it, but a scale is not: divide by it first.
+        let slope = (shown(reading + 1.0) - shown(reading)).abs().max(1e-3);
+        (0..MOST_INVERSIONS).fold(reading, |motor, _| motor + (reading - shown(motor)) / slope)
+    }
+}
+
+/// Fixed-point steps with which a reading is traced back to a position.
+const MOST_INVERSIONS: usize = 12;
+
 /// A machine's twin on one plant: configuration and everything that moves.
 #[derive(Debug)]
 pub struct Twin<P> {
@@ -80,9 +154,11 @@ pub struct Twin<P> {
     amplifier: Amplifier,
     delay_periods: usize,
     pieces: Vec<Piece>,
-    resistances: Vec<Effect>,
-    pushes: Vec<Effect>,
+    laws: Laws,
     encoder: Encoder,
+    velocity_estimate: VelocityEstimate,
+    reading_step: f64,
+    load_sensor: Option<LoadSensor>,
     current_sensor: CurrentSensor,
     period_s: f64,
     plant: P,
@@ -98,6 +174,14 @@ struct Moving {
     current: f64,
     /// Commanded voltages, newest last; long enough for the delay.
     commanded_v: Vec<f64>,
+    /// Friction force in the bristles.
+    bristle: f64,
+    /// Positions behind each law of the drive train.
+    transmitted: Vec<f64>,
+    /// Reading of the second sensor less what it would be with the encoder's zero.
+    load_zero: f64,
+    /// Motor and guide force of the step before.
+    forces: [f64; 2],
 }
 
 impl<P: Plant> Twin<P> {
@@ -105,17 +189,17 @@ impl<P: Plant> Twin<P> {
     pub fn new(machine: &Machine, plant: P, sensing: Sensing) -> Self {
         let description = machine.description();
         let constants = machine.constants();
-        let delay = SplitDelay::new(constants.delay_s, constants.sample_period_s);
-        let acting = machine.effects();
-        let select = |wanted: fn(&Effect) -> bool| acting.iter().filter(|e| wanted(e)).cloned().collect();
+        let delay = SplitDelay::new(constants.amplifier.delay_s, constants.sample_period_s);
+        let laws = Laws::of(machine);
         let mut twin = Self {
-            controller: description.controller.clone(),
-            amplifier: Amplifier { voltage_limit_v: constants.voltage_limit_v, delay_s: constants.delay_s },
             delay_periods: delay.periods,
             pieces: pieces(&constants, delay.fraction, plant.step_s()),
-            resistances: select(|effect| effect.acts().0),
-            pushes: select(|effect| effect.acts().1),
+            controller: constants.controller,
+            amplifier: constants.amplifier,
             encoder: description.encoder.clone(),
+            velocity_estimate: constants.velocity,
+            reading_step: constants.reading_step,
+            load_sensor: description.load_sensor.clone(),
             current_sensor: description.current_sensor.clone(),
             period_s: constants.sample_period_s,
             plant,
@@ -124,7 +208,12 @@ impl<P: Plant> Twin<P> {
                 velocity: VelocityMemory::moving(0.0, 0.0, constants.sample_period_s),
                 current: 0.0,
                 commanded_v: Vec::new(),
+                bristle: 0.0,
+                transmitted: vec![0.0; laws.transmissions.len()],
+                load_zero: 0.0,
+                forces: [0.0; 2],
             },
+            laws,
             noise: match sensing {
                 Sensing::Perfect => None,
                 Sensing::AsStated { seed } => Some(StdRng::seed_from_u64(seed)),
@@ -134,13 +223,25 @@ impl<P: Plant> Twin<P> {
         twin
     }
 
-    /// Starts anew at a position with a velocity and a steadily commanded voltage.
+    /// Starts anew where the encoder shows `position`, with a velocity and a steadily commanded voltage.
     pub fn start(&mut self, position: f64, velocity: f64, effort_v: f64) {
-        self.plant.place(position, velocity);
-        self.moving.velocity = VelocityMemory::moving(position, velocity, self.period_s);
-        self.moving.memory = Memory::default();
-        self.moving.commanded_v = vec![effort_v; self.delay_periods + 2];
-        self.moving.current = 0.0;
+        let motor = self.laws.position_at(position, self.encoder.end);
+        self.plant.place(motor, velocity);
+        let moving = &mut self.moving;
+        moving.velocity = VelocityMemory::moving(position, velocity, self.period_s);
+        moving.memory = Memory::default();
+        moving.commanded_v = vec![effort_v; self.delay_periods + 2];
+        moving.current = 0.0;
+        moving.bristle = 0.0;
+        moving.transmitted.fill(motor);
+        moving.load_zero = 0.0;
+        moving.forces = [0.0; 2];
+    }
+
+    /// Sets the zero of the second sensor by what it shows at the start.
+    pub fn set_load_reading(&mut self, reading: f64) {
+        let load = self.laws.transmit(self.plant.position(), &mut self.moving.transmitted.clone());
+        self.moving.load_zero = reading - load;
     }
 
     /// Sets the controller's memory so that it would command `effort_v` on `input`.
@@ -167,14 +268,14 @@ impl<P: Plant> Twin<P> {
 
     /// One control period: senses, controls, records, then lets the axis move until the next sample.
     pub fn step(&mut self, command: Command) -> Sample {
-        let (position, velocity) = self.sense();
+        let Reading { position, velocity, load_position, controlled } = self.sense();
         let effort_v = match (command.effort_v, &self.controller) {
             (Some(effort_v), _) => effort_v,
             (None, Some(controller)) => {
                 let input = Input {
                     position_reference: command.position_reference,
                     velocity_reference: command.velocity_reference,
-                    position,
+                    position: controlled,
                     velocity,
                 };
                 controller.effort_v(&mut self.moving.memory, input, self.period_s) + command.disturbance_v
@@ -187,32 +288,45 @@ impl<P: Plant> Twin<P> {
             *newest = effort_v;
         }
         let applied_v = [
-            self.amplifier.clip_v(commanded[commanded.len() - 1 - self.delay_periods]),
-            self.amplifier.clip_v(commanded[commanded.len() - 2 - self.delay_periods]),
+            self.amplifier.output_v(commanded[commanded.len() - 1 - self.delay_periods]),
+            self.amplifier.output_v(commanded[commanded.len() - 2 - self.delay_periods]),
         ];
         let current = self.sampled_current(applied_v);
+        let own_thrust = current * self.pieces[0].circuit.effort_constant() * self.laws.ripple(self.plant.position());
         let sample = Sample {
             position,
             velocity,
             effort_v,
             current: current + self.current_noise(),
-            thrust: current * self.pieces[0].circuit.effort_constant(),
+            thrust: command.thrust.unwrap_or(own_thrust),
+            load_position,
         };
-        self.travel(applied_v);
+        self.travel(applied_v, command.thrust);
         sample
     }
 
-    fn sense(&mut self) -> (f64, f64) {
-        let position = self.plant.position();
-        let reading = match &mut self.noise {
-            None => position,
+    fn sense(&mut self) -> Reading {
+        let motor = self.plant.position();
+        let load = self.laws.transmit(motor, &mut self.moving.transmitted);
+        let seen = self.laws.read(if self.encoder.end == End::Motor { motor } else { load });
+        let unrounded = match &mut self.noise {
+            None => seen,
             Some(random) => {
                 let noise: f64 = StandardNormal.sample(random);
-                self.encoder.read(position, noise * self.encoder.noise_m)
+                self.encoder.read(seen, noise * self.encoder.noise_m)
             }
         };
-        let velocity = self.encoder.velocity.update(&mut self.moving.velocity, reading, self.period_s);
-        (reading, velocity)
+        let position = rounded(unrounded, self.reading_step);
+        let velocity = self.velocity_estimate.update(&mut self.moving.velocity, position, self.period_s);
+        let Some(sensor) = &self.load_sensor else {
+            return Reading { position, velocity, load_position: position, controlled: position };
+        };
+        let noise: f64 = self.noise.as_mut().map_or(0.0, |random| StandardNormal.sample(random));
+        let shown = load + self.moving.load_zero;
+        let load_position =
+            if self.noise.is_some() { sensor.read(shown, noise * sensor.noise_m) } else { shown };
+        let controlled = if sensor.closes_position_loop { load_position } else { position };
+        Reading { position, velocity, load_position, controlled }
     }
 
     /// Current at the sample; a direct motor follows its voltage at once.
@@ -231,8 +345,8 @@ impl<P: Plant> Twin<P> {
         }
     }
 
-    /// Motor, guide and structure over one period.
-    fn travel(&mut self, applied_v: [f64; 2]) {
+    /// Motor, guide and structure over one period; `thrust` takes the motor's place.
+    fn travel(&mut self, applied_v: [f64; 2], thrust: Option<f64>) {
         let mut impulse = 0.0;
         let step_s = self.plant.step_s();
         for piece in &self.pieces {
@@ -243,22 +357,49 @@ impl<P: Plant> Twin<P> {
             if !piece.ends_step {
                 continue;
             }
-            let motor_force = impulse / step_s * piece.circuit.effort_constant();
+            let mean_force = impulse / step_s * piece.circuit.effort_constant();
             impulse = 0.0;
             // Position forces vary little over a step: their value halfway makes them second order.
             let halfway = self.plant.position() + 0.5 * step_s * velocity;
-            let push: f64 = self.pushes.iter().map(|effect| effect.push(halfway, velocity)).sum();
-            let coast = self.plant.coast(motor_force + push);
-            let held = if self.resistances.is_empty() {
-                0.0
-            } else {
-                friction(coast, |direction, speed| {
-                    self.resistances.iter().map(|effect| effect.resistance(direction, speed)).sum()
-                })
-            };
+            let motor_force = thrust.unwrap_or_else(|| mean_force * self.laws.ripple(halfway));
+            let push = self.laws.push(halfway, velocity);
+            let held = hold(&self.laws, &mut self.moving, &mut self.plant, motor_force, push);
             self.plant.advance(motor_force, push + held);
+            self.moving.forces = [motor_force, push + held];
         }
     }
+}
+
+/// What the sensors show at a sample.
+struct Reading {
+    position: f64,
+    velocity: f64,
+    load_position: f64,
+    /// The position that the controller's position loop is closed on.
+    controlled: f64,
+}
+
+/// Friction force of the guide, held over the coming step.
+#[inline]
+fn hold<P: Plant>(laws: &Laws, moving: &mut Moving, plant: &mut P, motor_force: f64, push: f64) -> f64 {
+    let mut coast = plant.coast(motor_force + push);
+    let mut bristles = 0.0;
+    if let Some(bristle) = &laws.bristle {
+        (bristles, moving.bristle) = bristle.step(moving.bristle, coast, plant.step_s());
+        coast.free_velocity += coast.mobility * bristles;
+    }
+    let loaded = laws.loaded.as_ref().map_or(0.0, |(coefficient, model)| {
+        let loads = plant.slider_loads().unwrap_or_else(|| model.loads(moving.forces));
+        coefficient * loads.iter().map(|load| load.abs()).sum::<f64>()
+    });
+    if laws.resistances.is_empty() && loaded == 0.0 {
+        return bristles;
+    }
+    bristles
+        + friction(coast, |direction, speed| {
+            loaded
+                + laws.resistances.iter().map(|effect| effect.resistance(direction, speed)).sum::<f64>()
+        })
 }
 
 /// Cuts the period at plant steps and at the instant at which a fractional delay changes the voltage.

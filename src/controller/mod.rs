@@ -51,6 +51,22 @@ impl Controller {
         }
     }
 
+    /// Multiplies the gains of position loop, velocity loop (the proportional register) and integral.
+    pub fn scale_gains(&mut self, position: f64, velocity: f64, integral: f64) {
+        match self {
+            Self::Pdf(law) => {
+                law.position_gain_per_s *= position;
+                law.proportional_gain_per_count *= velocity;
+                law.integral_gain_per_count *= integral;
+            }
+            Self::Cascade(law) => {
+                law.position_gain_per_s *= position;
+                law.velocity_gain_v_s_per_m *= velocity;
+                law.velocity_integral_per_s *= integral;
+            }
+        }
+    }
+
     /// Whether the law has an integral part.
     pub fn integrates(&self) -> bool {
         match self {

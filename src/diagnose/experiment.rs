@@ -8,8 +8,14 @@ use crate::replay::{Recorded, Traces};
 use crate::twin::Sensing;
 
 /// Signals that a replay predicts and that are compared where they were logged, in signal-path order.
-pub const COMPARED: [Signal; 5] =
-    [Signal::ControlEffort, Signal::Current, Signal::Thrust, Signal::Position, Signal::Velocity];
+pub const COMPARED: [Signal; 6] = [
+    Signal::ControlEffort,
+    Signal::Current,
+    Signal::Thrust,
+    Signal::Position,
+    Signal::Velocity,
+    Signal::LoadPosition,
+];
 
 /// Shorter runs say nothing that noise does not.
 const LEAST_SAMPLES: usize = 50;
@@ -78,7 +84,10 @@ impl Experiment {
                 .remedy("take the run out of the recording, or record a longer one"));
         }
         check_travel(run, machine)?;
-        let signals = COMPARED.into_iter().filter(|&signal| run.signal(signal).is_some()).collect();
+        let has_scale = description.load_sensor.is_some();
+        let modelled = |signal| signal != Signal::LoadPosition || has_scale;
+        let signals =
+            COMPARED.into_iter().filter(|&s| run.signal(s).is_some() && modelled(s)).collect();
         Ok(Self { run: run.clone(), recorded: Recorded::of(run)?, signals })
     }
 
@@ -130,6 +139,7 @@ pub fn trace(traces: &Traces, signal: Signal) -> &[f64] {
         Signal::Current => &traces.current,
         Signal::Thrust => &traces.thrust,
         Signal::Velocity => &traces.velocity,
+        Signal::LoadPosition => &traces.load_position,
         _ => &traces.position,
     }
 }

@@ -6,7 +6,7 @@ use super::noise::Floor;
 use super::verdict::{Band, Share, Where};
 use crate::controller::Input;
 use crate::drive::amplifier::SplitDelay;
-use crate::drive::motor::{Circuit, CircuitStep};
+use crate::drive::motor::CircuitStep;
 use crate::effect::Constants;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -229,10 +229,7 @@ impl Segments {
     fn add(&mut self, experiment: &Experiment, machine: &Machine) -> Result<()> {
         let machine = experiment.machine(machine)?;
         let constants = machine.constants();
-        let force_per_volt = match constants.circuit {
-            Circuit::Winding { resistance_ohm, force_constant, .. } => force_constant / resistance_ohm,
-            Circuit::Direct { force_per_volt } => force_per_volt,
-        };
+        let force_per_volt = constants.force_per_volt();
         if let Some(residual) = controller_residual(experiment, &machine) {
             self.controller.push(mean_square(&residual) * force_per_volt * force_per_volt);
         }
@@ -268,8 +265,8 @@ fn mean_square(samples: &[f64]) -> f64 {
 fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option<Vec<f64>> {
     let run = experiment.run();
     let (effort, position) = (run.signal(Signal::ControlEffort)?, run.signal(Signal::Position)?);
-    let controller = machine.description().controller.as_ref()?;
-    let estimate = &machine.description().encoder.velocity;
+    let constants = machine.constants();
+    let (controller, estimate) = (constants.controller.as_ref()?, &constants.velocity);
     let (period, start) = (run.sample_period_s(), experiment.recorded().start());
     let mut velocity = VelocityMemory::moving(start.position, start.velocity, period);
     let mut memory = None;
@@ -292,7 +289,7 @@ fn drive_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<
     let run = experiment.run();
     let effort = run.signal(Signal::ControlEffort)?;
     let period = run.sample_period_s();
-    let delay = SplitDelay::new(constants.delay_s, period);
+    let delay = SplitDelay::new(constants.amplifier.delay_s, period);
     let steps =
         [delay.fraction, 1.0 - delay.fraction].map(|f| CircuitStep::new(&constants.circuit, f * period));
     let (kt, winding) = (steps[0].effort_constant(), steps[0].has_current());
@@ -302,8 +299,7 @@ fn drive_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<
         _ => return None,
     };
     let position = run.signal(Signal::Position)?;
-    let limit = constants.voltage_limit_v.unwrap_or(f64::INFINITY);
-    let applied = |k: usize, back: usize| effort[k.saturating_sub(back)].clamp(-limit, limit);
+    let applied = |k: usize, back: usize| constants.amplifier.output_v(effort[k.saturating_sub(back)]);
     let mut current = measured[0] / kt;
     let modelled = (0..effort.len()).map(|k| {
         let velocity = if k == 0 { 0.0 } else { (position[k] - position[k - 1]) / period };

@@ -53,7 +53,11 @@ impl Motion {
                 let (x, v) = (position[k], velocity[k]);
                 let own: f64 = effects
                     .iter()
-                    .map(|effect| effect.push(x, v) - v.signum() * effect.resistance(v.signum(), v.abs()))
+                    .map(|effect| {
+                        let sliding = effect.bristle().map_or(0.0, |bristle| bristle.force);
+                        let drag = effect.resistance(v.signum(), v.abs()) + sliding;
+                        effect.push(x, v) + force * effect.ripple(x) - v.signum() * drag
+                    })
                     .sum();
                 constants.moving_mass * acceleration[k] + constants.viscous * v - force - own
             })
@@ -140,17 +144,31 @@ const SCREEN_SAMPLES: usize = 6000;
 pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
     let total: usize = experiments.iter().map(Experiment::samples).sum();
     let every = total.div_ceil(SCREEN_SAMPLES).max(1);
-    let mut screen = Screen { constants: Some(machine.constants()), ..Screen::default() };
+    let constants = machine.constants();
+    let both_ends = constants.sees_both_ends;
+    let mut screen = Screen { constants: Some(constants), ..Screen::default() };
+    let mut steps = Vec::new();
     for experiment in experiments {
         let motion = Motion::of(experiment, machine)?;
+        let run = experiment.run();
         let thin = |samples: &[f64]| samples.iter().step_by(every).copied().collect::<Vec<f64>>();
         screen.position.extend(thin(&motion.position));
         screen.velocity.extend(thin(&motion.velocity));
         screen.acceleration.extend(thin(&motion.acceleration));
         screen.missing_force.extend(thin(&motion.missing_force));
+        screen.motor_force.extend(thin(&motion.motor_force));
+        if let (true, Some(load), Some(position)) =
+            (both_ends, run.signal(Signal::LoadPosition), run.signal(Signal::Position))
+        {
+            let difference: Vec<f64> = load.iter().zip(position).map(|(l, p)| l - p).collect();
+            let zero = difference.iter().sum::<f64>() / difference.len() as f64;
+            screen.load_difference.extend(thin(&difference).iter().map(|d| d - zero));
+        }
         let most = motion.motor_force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
         screen.largest_force = screen.largest_force.max(most);
+        steps.push(grid_step(run.require(Signal::Position)?));
     }
+    screen.reading_step = steps.into_iter().collect::<Option<Vec<f64>>>().and_then(common_step);
     if screen.largest_force == 0.0 {
         // No signal tells the motor's effort: what the recorded motion itself must have taken.
         let constants = machine.constants();
@@ -159,6 +177,30 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         screen.largest_force = most;
     }
     Ok(screen)
+}
+
+/// Readings may miss the grid by this share of its step: rounding of the log.
+const OFF_GRID: f64 = 0.02;
+
+/// Step of the grid on which all samples lie, if there is one: the smallest change of the reading, where every
+/// reading is a whole number of those away from the first.
+fn grid_step(samples: &[f64]) -> Option<f64> {
+    let largest = samples.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+    let changes = samples.windows(2).map(|w| (w[1] - w[0]).abs()).filter(|d| *d > 1e-12 * largest);
+    let smallest = changes.fold(f64::INFINITY, f64::min);
+    let whole = |x: &f64| {
+        let steps = (x - samples[0]) / smallest;
+        (steps - steps.round()).abs() < OFF_GRID
+    };
+    // Few steps over the whole run are a coincidence of any numbers with few digits.
+    (smallest.is_finite() && samples.iter().all(whole)).then_some(smallest)
+}
+
+/// The step that several runs share.
+fn common_step(steps: Vec<f64>) -> Option<f64> {
+    let least = steps.iter().copied().fold(f64::INFINITY, f64::min);
+    let multiple = |step: &f64| ((step / least) - (step / least).round()).abs() < OFF_GRID;
+    (least.is_finite() && steps.iter().all(multiple)).then_some(least)
 }
 
 #[cfg(test)]

@@ -5,7 +5,8 @@ use serde::{Deserialize, Serialize};
 /// Voltage amplifier: holds the commanded voltage over the sample period, after its delay, within its limit.
 ///
 /// # Model
-/// `u_applied(t) = clip(u_commanded(t − delay), ±limit)`; the commanded voltage is a staircase, so the
+/// `u_applied(t) = clip(dead(u_commanded(t − delay)) + offset, ±limit)` with `dead(u) = u − sgn(u)·min(|u|, w)` for a
+/// dead zone of half width w; the commanded voltage is a staircase, so the
 /// applied one changes inside a period when the delay is not a whole number of periods.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -16,14 +17,22 @@ pub struct Amplifier {
     /// Delay between command and voltage that the machine is known to have, in s.
     #[serde(default)]
     pub delay_s: f64,
+    /// Half width in V of the dead zone that the machine is known to have.
+    #[serde(default)]
+    pub dead_zone_v: f64,
+    /// Voltage in V at zero command that the machine is known to have.
+    #[serde(default)]
+    pub offset_v: f64,
 }
 
 impl Amplifier {
     /// The voltage that a commanded voltage ends up as.
-    pub fn clip_v(&self, command_v: f64) -> f64 {
+    #[inline]
+    pub fn output_v(&self, command_v: f64) -> f64 {
+        let live = command_v - command_v.clamp(-self.dead_zone_v, self.dead_zone_v) + self.offset_v;
         match self.voltage_limit_v {
-            Some(limit) => command_v.clamp(-limit, limit),
-            None => command_v,
+            Some(limit) => live.clamp(-limit, limit),
+            None => live,
         }
     }
 }

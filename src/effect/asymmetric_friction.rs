@@ -1,7 +1,7 @@
 //! Friction that differs between the two directions.
 
 use super::law::negative;
-use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use super::{Constants, Door, EffectId, Law, Parameter, Screen, Site};
 use serde::{Deserialize, Serialize};
 
 /// Friction with its own Coulomb force and viscous coefficient in each direction.
@@ -65,7 +65,7 @@ impl Law for AsymmetricFriction {
         Parameter::viscous("viscous_negative_n_s_per_m", "viscous_negative_nm_s_per_rad"),
     ];
     const SUPERSEDES: &'static [EffectId] = &[EffectId::ViscousFriction, EffectId::CoulombFriction];
-    const RESISTS: bool = true;
+    const DOORS: &'static [Door] = &[Door::Resistance];
 
     fn fault(&self) -> Option<String> {
         negative("coulomb_positive_n", self.coulomb_positive_n)

@@ -35,6 +35,18 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::SUPERSEDES,)+ }
             }
 
+            /// Whether one of two effects takes over the other.
+            fn takes_over(self, other: Self) -> bool {
+                self.supersedes().contains(&other) || other.supersedes().contains(&self)
+            }
+
+            /// Whether two effects cannot act beside each other: one takes over the other, or both the same third.
+            pub fn excludes(self, other: Self) -> bool {
+                self != other
+                    && (self.takes_over(other)
+                        || self.supersedes().iter().any(|third| other.supersedes().contains(third)))
+            }
+
             /// See [`Law::CUMULATIVE`].
             pub fn is_cumulative(self) -> bool {
                 match self { $(Self::$law => <$law as Law>::CUMULATIVE,)+ }
@@ -43,6 +55,11 @@ macro_rules! catalogue {
             /// What the effect is, in a phrase.
             pub fn phrase(self) -> &'static str {
                 match self { $(Self::$law => <$law as Law>::PHRASE,)+ }
+            }
+
+            /// Whether a machine with these constants can have the effect at all.
+            pub fn applies(self, constants: &Constants) -> bool {
+                match self { $(Self::$law => <$law as Law>::applies(constants),)+ }
             }
 
             /// Values of the parameters that leave the twin as its constants state it.
@@ -84,15 +101,43 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.resistance(direction, speed),)+ }
             }
 
+            /// See [`Law::load_coefficient`].
+            pub fn load_coefficient(&self) -> f64 {
+                match self { $(Self::$law(law) => law.load_coefficient(),)+ }
+            }
+
+            /// See [`Law::bristle`].
+            pub fn bristle(&self) -> Option<Bristle> {
+                match self { $(Self::$law(law) => law.bristle(),)+ }
+            }
+
             /// See [`Law::push`].
             #[inline]
             pub fn push(&self, position: f64, velocity: f64) -> f64 {
                 match self { $(Self::$law(law) => law.push(position, velocity),)+ }
             }
 
-            /// Whether the law has a resistance, and whether it has a push.
-            pub fn acts(&self) -> (bool, bool) {
-                match self { $(Self::$law(_) => (<$law as Law>::RESISTS, <$law as Law>::PUSHES),)+ }
+            /// See [`Law::ripple`].
+            #[inline]
+            pub fn ripple(&self, position: f64) -> f64 {
+                match self { $(Self::$law(law) => law.ripple(position),)+ }
+            }
+
+            /// See [`Law::transmit`].
+            #[inline]
+            pub fn transmit(&self, position: f64, memory: f64) -> f64 {
+                match self { $(Self::$law(law) => law.transmit(position, memory),)+ }
+            }
+
+            /// See [`Law::read`].
+            #[inline]
+            pub fn read(&self, position: f64) -> f64 {
+                match self { $(Self::$law(law) => law.read(position),)+ }
+            }
+
+            /// Whether the law acts through a door.
+            pub fn acts_through(&self, door: Door) -> bool {
+                match self { $(Self::$law(_) => <$law as Law>::DOORS.contains(&door),)+ }
             }
         }
 
@@ -118,6 +163,16 @@ macro_rules! catalogue {
                 present
             }
 
+            /// Two effects present that both take the place of a third: they would act twice.
+            fn clash(&self) -> Option<(String, String)> {
+                let present: Vec<EffectId> =
+                    EffectId::ALL.iter().copied().filter(|id| self.contains(*id)).collect();
+                let (a, b) = present.iter().enumerate().find_map(|(k, a)| {
+                    present[k + 1..].iter().find(|b| a.excludes(**b) && !a.takes_over(**b)).map(|b| (a, b))
+                })?;
+                Some((format!("effect.{}", a.name()), format!("stated beside {}: both hold the same friction", b.name())))
+            }
+
             /// Whether the effect is stated.
             pub fn contains(&self, id: EffectId) -> bool {
                 match id { $(EffectId::$law => self.$id.is_some(),)+ }
@@ -128,7 +183,7 @@ macro_rules! catalogue {
                 $(if let Some(fault) = self.$id.as_ref().and_then(Law::fault) {
                     return Some((format!("effect.{}", stringify!($id)), fault));
                 })+
-                None
+                self.clash()
             }
         }
     };

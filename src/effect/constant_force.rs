@@ -1,7 +1,7 @@
 //! A constant force along the axis.
 
 use super::law::infinite;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site};
 use serde::{Deserialize, Serialize};
 
 /// A constant force on the moving part: weight on a tilted guide, a hanging cable, a drive offset.
@@ -34,7 +34,7 @@ impl Law for ConstantForce {
     const PHRASE: &'static str = "a constant force";
     const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
-    const PUSHES: bool = true;
+    const DOORS: &'static [Door] = &[Door::Push];
 
     fn fault(&self) -> Option<String> {
         infinite("force_n", self.force_n)

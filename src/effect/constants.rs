@@ -1,27 +1,52 @@
-//! The constants of the twin's linear parts, gathered so that effects can move them.
+//! The constants of the twin, gathered so that effects can move them.
 
 use crate::base::Modes;
+use crate::controller::Controller;
+use crate::drive::amplifier::Amplifier;
 use crate::drive::motor::Circuit;
+use crate::sensor::VelocityEstimate;
 
-/// The numbers of the twin's linear parts, along the driven joint.
+/// The numbers of the twin, along the driven joint.
 ///
 /// Mass means inertia and force means torque on a revolute axis.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Constants {
+    /// Control law; none where it is not known.
+    pub controller: Option<Controller>,
+    /// Amplifier.
+    pub amplifier: Amplifier,
+    /// Motor circuit.
+    pub circuit: Circuit,
     /// Moving mass in kg, or inertia about the joint's axis in kg·m².
     pub moving_mass: f64,
     /// Viscous coefficient of the guide in N·s/m, or N·m·s/rad.
     pub viscous: f64,
     /// Symmetric Coulomb friction of the guide in N, or N·m; it acts through its effect.
     pub coulomb: f64,
-    /// Motor circuit.
-    pub circuit: Circuit,
-    /// Symmetric limit of the amplifier's voltage in V, if it has one.
-    pub voltage_limit_v: Option<f64>,
-    /// Delay between commanded and applied voltage in s.
-    pub delay_s: f64,
+    /// Whether the guide has four bearing sliders whose loads are known.
+    pub has_slider_loads: bool,
     /// Modes of the base at the point that receives the reaction.
     pub modes: Modes,
+    /// Whether a sensor sees the load's end of the drive train.
+    pub sees_load: bool,
+    /// Whether both ends of the drive train have their own sensor.
+    pub sees_both_ends: bool,
+    /// Step to which every encoder reading is rounded in all replays, in m or rad; 0: none.
+    pub reading_step: f64,
+    /// Stated step of the encoder in m or rad; 0: none.
+    pub encoder_step: f64,
+    /// How velocity is estimated from encoder readings.
+    pub velocity: VelocityEstimate,
     /// Sample period in s.
     pub sample_period_s: f64,
+}
+
+impl Constants {
+    /// Motor force per volt in the steady state at standstill, N/V or N·m/V.
+    pub fn force_per_volt(&self) -> f64 {
+        match self.circuit {
+            Circuit::Winding { resistance_ohm, force_constant, .. } => force_constant / resistance_ohm,
+            Circuit::Direct { force_per_volt } => force_per_volt,
+        }
+    }
 }

@@ -1,7 +1,7 @@
 //! Coulomb friction of the guide.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site};
 use serde::{Deserialize, Serialize};
 
 /// Coulomb (dry) friction of the guide.
@@ -38,7 +38,7 @@ impl Law for CoulombFriction {
     const PHRASE: &'static str = "Coulomb friction";
     const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
-    const RESISTS: bool = true;
+    const DOORS: &'static [Door] = &[Door::Resistance];
 
     fn fault(&self) -> Option<String> {
         negative("force_n", self.force_n)

@@ -1,6 +1,7 @@
 //! What every law of the catalogue says of itself.
 
 use super::{Constants, EffectId, Screen};
+use crate::guide::Bristle;
 use crate::units::Motion;
 use serde::Serialize;
 
@@ -51,22 +52,45 @@ pub struct Parameter {
     pub unit: &'static str,
     /// Unit for a revolute axis.
     pub revolute_unit: &'static str,
+    /// Whether a fit leaves it where each of its starts puts it: a number that picks, or one that is read off
+    /// the data.
+    pub held: bool,
 }
 
 impl Parameter {
     /// A parameter that has the same name and unit on both kinds of axis.
     pub const fn same(name: &'static str, unit: &'static str) -> Self {
-        Self { name, revolute_name: name, unit, revolute_unit: unit }
+        Self::differing(name, name, unit, unit)
+    }
+
+    /// A parameter whose name or unit depends on the kind of axis.
+    pub const fn differing(
+        name: &'static str,
+        revolute_name: &'static str,
+        unit: &'static str,
+        revolute_unit: &'static str,
+    ) -> Self {
+        Self { name, revolute_name, unit, revolute_unit, held: false }
+    }
+
+    /// The parameter, left by fits where each start puts it.
+    pub const fn held(self) -> Self {
+        Self { held: true, ..self }
+    }
+
+    /// A length that is an angle on a revolute axis.
+    pub const fn length(name: &'static str, revolute_name: &'static str) -> Self {
+        Self::differing(name, revolute_name, "m", "rad")
     }
 
     /// A force that is a torque on a revolute axis.
     pub const fn effort(name: &'static str, revolute_name: &'static str) -> Self {
-        Self { name, revolute_name, unit: "N", revolute_unit: "N·m" }
+        Self::differing(name, revolute_name, "N", "N·m")
     }
 
     /// A viscous coefficient.
     pub const fn viscous(name: &'static str, revolute_name: &'static str) -> Self {
-        Self { name, revolute_name, unit: "N·s/m", revolute_unit: "N·m·s/rad" }
+        Self::differing(name, revolute_name, "N·s/m", "N·m·s/rad")
     }
 
     /// The key for this kind of axis.
@@ -86,12 +110,31 @@ impl Parameter {
     }
 }
 
+/// A way in which a law acts on the twin, beside moving its constants.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Door {
+    /// [`Law::resistance`].
+    Resistance,
+    /// [`Law::load_coefficient`].
+    Load,
+    /// [`Law::bristle`].
+    Bristle,
+    /// [`Law::push`].
+    Push,
+    /// [`Law::ripple`].
+    Ripple,
+    /// [`Law::transmit`].
+    Transmission,
+    /// [`Law::read`].
+    Reading,
+}
+
 /// A law of the catalogue.
 ///
-/// A law acts through any of three doors, each neutral unless overridden: it moves a constant of the twin
-/// ([`alter`](Law::alter)), resists the guide's motion ([`resistance`](Law::resistance)) or pushes the
-/// moving part ([`push`](Law::push)). Forces are positive along the axis' positive direction; N for a
-/// prismatic, N·m for a revolute axis.
+/// A law acts through any of several doors, each neutral unless overridden: it moves constants of the twin
+/// ([`alter`](Law::alter)), or acts along the path while the twin runs, through the doors that it lists in
+/// [`DOORS`](Law::DOORS). Forces are positive along the axis' positive direction; N for a prismatic, N·m for a
+/// revolute axis.
 pub trait Law: Sized {
     /// Where it sits on the signal path.
     const SITE: Site;
@@ -102,13 +145,16 @@ pub trait Law: Sized {
     const PHRASE: &'static str;
     /// Effects whose say it takes over.
     const SUPERSEDES: &'static [EffectId] = &[];
-    /// Whether [`resistance`](Law::resistance) is overridden.
-    const RESISTS: bool = false;
-    /// Whether [`push`](Law::push) is overridden.
-    const PUSHES: bool = false;
+    /// The doors that it overrides.
+    const DOORS: &'static [Door] = &[];
 
     /// Whether the first parameter found by screening comes on top of what the twin states already.
     const CUMULATIVE: bool = false;
+
+    /// Whether a machine with these constants can have the effect at all.
+    fn applies(_constants: &Constants) -> bool {
+        true
+    }
 
     /// What is wrong with the parameters, if anything.
     fn fault(&self) -> Option<String> {
@@ -125,9 +171,35 @@ pub trait Law: Sized {
         0.0
     }
 
+    /// Coulomb friction per sum of the magnitudes of the sliders' loads.
+    fn load_coefficient(&self) -> f64 {
+        0.0
+    }
+
+    /// Friction as bristles that deflect before they slide.
+    fn bristle(&self) -> Option<Bristle> {
+        None
+    }
+
     /// Force on the moving part as a single-valued function of position and velocity.
     fn push(&self, _position: f64, _velocity: f64) -> f64 {
         0.0
+    }
+
+    /// Relative change of the motor's force at a position.
+    fn ripple(&self, _position: f64) -> f64 {
+        0.0
+    }
+
+    /// Position of the load when the motor's end of the drive train stands at `position`; `memory` is the load's
+    /// position before, from the same law.
+    fn transmit(&self, position: f64, _memory: f64) -> f64 {
+        position
+    }
+
+    /// What the encoder reads at a position.
+    fn read(&self, position: f64) -> f64 {
+        position
     }
 
     /// Parameter values that leave the twin as `constants` state it.
@@ -138,6 +210,11 @@ pub trait Law: Sized {
 
     /// The range in which a fit may look for each parameter.
     fn range(screen: &Screen) -> Vec<(f64, f64)>;
+}
+
+/// The sentence for a parameter that must be finite and more than zero.
+pub(super) fn not_positive(name: &str, value: f64) -> Option<String> {
+    (!(value.is_finite() && value > 0.0)).then(|| format!("{name} = {value}, expected more than zero"))
 }
 
 /// The sentence for a parameter that must be finite and not negative.

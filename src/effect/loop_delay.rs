@@ -33,7 +33,7 @@ impl Law for LoopDelay {
     }
 
     fn alter(&self, constants: &mut Constants) {
-        constants.delay_s += self.delay_s;
+        constants.amplifier.delay_s += self.delay_s;
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {

@@ -13,32 +13,103 @@
 //! The catalogue is a closed enum: it can be listed, written to a file and matched exhaustively. A machine
 //! holds each effect at most once, so the order in which effects are written or found never matters.
 
+pub mod amplifier_offset;
 pub mod asymmetric_friction;
+pub mod back_emf;
+pub mod backlash;
+pub mod base_mode_shift;
+pub mod cable_spring;
 mod catalogue;
+pub mod cogging;
 pub mod constant_force;
 pub mod constants;
+pub mod controller_gain;
 pub mod coulomb_friction;
+pub mod dead_zone;
+pub mod encoder_periodic_error;
+pub mod encoder_resolution;
+pub mod encoder_scale;
+pub mod flexible_mode;
+pub mod force_constant;
+pub mod force_ripple;
+mod harmonics;
 pub mod law;
+pub mod load_dependent_friction;
 pub mod loop_delay;
 pub mod payload;
+pub mod periodogram;
+pub mod presliding;
+mod reading_error;
 pub mod screening;
+pub mod screw_error;
+pub mod stribeck_friction;
+pub mod velocity_filter;
 pub mod viscous_friction;
+pub mod voltage_saturation;
+pub mod winding_inductance;
+pub mod winding_resistance;
 
+pub use amplifier_offset::AmplifierOffset;
 pub use asymmetric_friction::AsymmetricFriction;
+pub use back_emf::BackEmf;
+pub use backlash::Backlash;
+pub use base_mode_shift::BaseModeShift;
+pub use cable_spring::CableSpring;
+pub use cogging::Cogging;
 pub use constant_force::ConstantForce;
 pub use constants::Constants;
+pub use controller_gain::ControllerGain;
 pub use coulomb_friction::CoulombFriction;
-pub use law::{Law, Parameter, Site};
+pub use dead_zone::DeadZone;
+pub use encoder_periodic_error::EncoderPeriodicError;
+pub use encoder_resolution::EncoderResolution;
+pub use encoder_scale::EncoderScale;
+pub use flexible_mode::FlexibleMode;
+pub use force_constant::ForceConstant;
+pub use force_ripple::ForceRipple;
+pub use law::{Door, Law, Parameter, Site};
+pub use load_dependent_friction::LoadDependentFriction;
 pub use loop_delay::LoopDelay;
 pub use payload::Payload;
+pub use presliding::Presliding;
 pub use screening::Screen;
+pub use screw_error::ScrewError;
+pub use stribeck_friction::StribeckFriction;
+pub use velocity_filter::VelocityFilter;
 pub use viscous_friction::ViscousFriction;
+pub use voltage_saturation::VoltageSaturation;
+pub use winding_inductance::WindingInductance;
+pub use winding_resistance::WindingResistance;
+
+use crate::guide::Bristle;
 
 catalogue::catalogue! {
+    controller_gain: ControllerGain,
     loop_delay: LoopDelay,
+    voltage_saturation: VoltageSaturation,
+    dead_zone: DeadZone,
+    amplifier_offset: AmplifierOffset,
+    winding_resistance: WindingResistance,
+    winding_inductance: WindingInductance,
+    back_emf: BackEmf,
+    force_constant: ForceConstant,
+    force_ripple: ForceRipple,
+    cogging: Cogging,
     viscous_friction: ViscousFriction,
     coulomb_friction: CoulombFriction,
     asymmetric_friction: AsymmetricFriction,
+    stribeck_friction: StribeckFriction,
+    presliding: Presliding,
+    load_dependent_friction: LoadDependentFriction,
     constant_force: ConstantForce,
+    cable_spring: CableSpring,
     payload: Payload,
+    base_mode_shift: BaseModeShift,
+    flexible_mode: FlexibleMode,
+    backlash: Backlash,
+    screw_error: ScrewError,
+    encoder_scale: EncoderScale,
+    encoder_periodic_error: EncoderPeriodicError,
+    encoder_resolution: EncoderResolution,
+    velocity_filter: VelocityFilter,
 }

@@ -27,9 +27,7 @@ impl Law for Payload {
     const PHRASE: &'static str = "a moving mass off its stated value";
     const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter {
-            name: "mass_kg", revolute_name: "inertia_kg_m2", unit: "kg", revolute_unit: "kg·m²"
-        }];
+        &[Parameter::differing("mass_kg", "inertia_kg_m2", "kg", "kg·m²")];
 
     fn fault(&self) -> Option<String> {
         infinite("mass_kg", self.mass_kg)

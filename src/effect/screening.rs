@@ -20,8 +20,14 @@ pub struct Screen {
     pub acceleration: Vec<f64>,
     /// Missing force in N or N·m.
     pub missing_force: Vec<f64>,
+    /// Motor effort in N or N·m along the same samples, empty like the missing force.
+    pub motor_force: Vec<f64>,
+    /// Load position less encoder position, where both ends of the drive train have their own sensor.
+    pub load_difference: Vec<f64>,
     /// Largest motor effort of the runs, N or N·m; bounds what a force can plausibly be.
     pub largest_force: f64,
+    /// Step of the grid on which all recorded positions lie, in m or rad, if there is one.
+    pub reading_step: Option<f64>,
 }
 
 impl Screen {
@@ -43,6 +49,47 @@ impl Screen {
     /// Largest speed of the runs.
     pub fn largest_speed(&self) -> f64 {
         self.velocity.iter().fold(0.0, |most, v| f64::max(most, v.abs()))
+    }
+
+    /// Range of the positions, in m or rad.
+    pub fn travel(&self) -> f64 {
+        let (low, high) = self.ends();
+        (high - low).max(1e-9)
+    }
+
+    /// Middle of the range of the positions.
+    pub fn middle(&self) -> f64 {
+        let (low, high) = self.ends();
+        0.5 * (low + high)
+    }
+
+    fn ends(&self) -> (f64, f64) {
+        if self.position.is_empty() {
+            return (0.0, 0.0);
+        }
+        self.position.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)))
+    }
+
+    /// Pitches that a fit may look for: from a thousandth of the travel to twice the travel.
+    pub fn period_range(&self) -> (f64, f64) {
+        (1e-3 * self.travel(), 2.0 * self.travel())
+    }
+
+    /// The voltage that the largest motor effort takes at standstill.
+    pub fn largest_voltage(&self) -> f64 {
+        let per_volt = self.constants.as_ref().map_or(1.0, Constants::force_per_volt);
+        (self.largest_force / per_volt).max(1e-9)
+    }
+
+    /// Mean difference of the second sensor's offset between the directions of motion: the width of a play.
+    pub fn lost_motion(&self) -> Option<f64> {
+        let direction = self.directions();
+        let mean = |wanted: f64| {
+            let pairs = self.load_difference.iter().zip(&direction).filter(|(_, s)| **s == wanted);
+            let (sum, count) = pairs.fold((0.0, 0usize), |(sum, n), (d, _)| (sum + d, n + 1));
+            (count > 0).then(|| sum / count as f64)
+        };
+        Some((mean(-1.0)? - mean(1.0)?).max(0.0))
     }
 
     /// +1, −1, or 0 at standstill (below 2 % of the largest speed, where the sign is noise).

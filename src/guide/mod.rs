@@ -1,6 +1,9 @@
 //! The guide: what the moving part slides or turns on, and how it sticks and slips.
 
+mod bristle;
 pub mod stick_slip;
+
+pub use bristle::Bristle;
 
 use serde::{Deserialize, Serialize};
 

@@ -8,7 +8,7 @@ use crate::drive::motor::Motor;
 use crate::effect::Effects;
 use crate::error::{Error, ErrorKind, Result};
 use crate::guide::Guide;
-use crate::sensor::{CurrentSensor, Encoder};
+use crate::sensor::{CurrentSensor, Encoder, LoadSensor};
 use serde::{Deserialize, Serialize};
 
 /// The content of `machine.toml`: one table per part, in the order of the signal path.
@@ -45,6 +45,9 @@ pub struct Description {
     pub base: Option<Base>,
     /// The position encoder and the velocity estimate formed from it.
     pub encoder: Encoder,
+    /// A second position sensor at the load.
+    #[serde(default)]
+    pub load_sensor: Option<LoadSensor>,
     /// The current sensor.
     #[serde(default)]
     pub current_sensor: CurrentSensor,
@@ -94,6 +97,10 @@ impl Description {
         if let Some(fault) = self.encoder.velocity.fault() {
             return Err(Error::new(ErrorKind::OutOfRange).key("encoder.velocity").found(fault));
         }
+        if let Some(sensor) = &self.load_sensor {
+            zero_or_more("load_sensor.resolution_m", sensor.resolution_m)?;
+            zero_or_more("load_sensor.noise_m", sensor.noise_m)?;
+        }
         zero_or_more("current_sensor.noise_a", self.current_sensor.noise_a)?;
         self.tolerance.check()?;
         match self.effect.fault() {
@@ -126,6 +133,8 @@ impl Description {
             positive("amplifier.voltage_limit_v", limit)?;
         }
         zero_or_more("amplifier.delay_s", self.amplifier.delay_s)?;
+        zero_or_more("amplifier.dead_zone_v", self.amplifier.dead_zone_v)?;
+        finite("amplifier.offset_v", self.amplifier.offset_v)?;
         match &self.motor {
             Motor::Winding(winding) => {
                 positive("motor.resistance_ohm", winding.resistance_ohm)?;

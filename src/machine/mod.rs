@@ -14,10 +14,14 @@ use crate::base::Modes;
 use crate::drive::motor::Circuit;
 use crate::effect::{Constants, Effect, EffectId};
 use crate::error::{Error, ErrorKind, Result, toml_text};
+use crate::sensor::End;
 use crate::solid::Solid;
 use crate::units::Motion;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+
+/// Bearing sliders A–D.
+const SLIDERS: usize = 4;
 
 /// A machine: its description, its solid model and the settings laid over the file.
 ///
@@ -150,22 +154,28 @@ impl Machine {
         key_path::number(&self.table, path)
     }
 
-    /// The constants of the twin's linear parts as stated, before any effect.
+    /// The constants of the twin as stated, before any effect.
     pub fn stated_constants(&self) -> Constants {
         let d = &*self.description;
         Constants {
+            controller: d.controller.clone(),
+            amplifier: d.amplifier.clone(),
+            circuit: Circuit::from(&d.motor),
             moving_mass: self.solid.moving_inertia_along_joint(),
             viscous: d.guide.viscous_n_s_per_m,
             coulomb: 0.0,
-            circuit: Circuit::from(&d.motor),
-            voltage_limit_v: d.amplifier.voltage_limit_v,
-            delay_s: d.amplifier.delay_s,
+            has_slider_loads: d.guide.sliders.len() == SLIDERS && self.motion() == Motion::Prismatic,
             modes: d.base.as_ref().map_or_else(Modes::default, |b| Modes::new(b.mode.clone())),
+            sees_load: d.load_sensor.is_some() || d.encoder.end == End::Load,
+            sees_both_ends: d.load_sensor.is_some() && d.encoder.end == End::Motor,
+            reading_step: 0.0,
+            encoder_step: d.encoder.resolution_m,
+            velocity: d.encoder.velocity.clone(),
             sample_period_s: d.sample_period_s,
         }
     }
 
-    /// The constants of the twin's linear parts with its effects at work.
+    /// The constants of the twin with its effects at work.
     pub fn constants(&self) -> Constants {
         let mut constants = self.stated_constants();
         for effect in self.effects() {

@@ -15,13 +15,19 @@ pub struct Tolerance {
     pub mass: f64,
     /// Viscous coefficient of the guide.
     pub viscous: f64,
+    /// Force or torque constant of the motor.
+    pub force_constant: f64,
+    /// Resistance of the winding.
+    pub resistance: f64,
+    /// Inductance of the winding.
+    pub inductance: f64,
     /// Parameters of effects that the twin already has.
     pub effect: f64,
 }
 
 impl Default for Tolerance {
     fn default() -> Self {
-        Self { mass: 0.03, viscous: 0.12, effect: 0.10 }
+        Self { mass: 0.03, viscous: 0.12, force_constant: 0.015, resistance: 0.03, inductance: 0.05, effect: 0.10 }
     }
 }
 
@@ -29,6 +35,9 @@ impl Tolerance {
     pub(super) fn check(&self) -> Result<()> {
         zero_or_more("tolerance.mass", self.mass)?;
         zero_or_more("tolerance.viscous", self.viscous)?;
+        zero_or_more("tolerance.force_constant", self.force_constant)?;
+        zero_or_more("tolerance.resistance", self.resistance)?;
+        zero_or_more("tolerance.inductance", self.inductance)?;
         zero_or_more("tolerance.effect", self.effect)
     }
 }

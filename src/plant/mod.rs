@@ -4,7 +4,10 @@
 //! - [`rapier`]: the rigid-body scene built from URDF and meshes; the reference for replays.
 
 pub mod axis;
+mod loading;
 pub mod rapier;
+
+pub use loading::LoadModel;
 
 use crate::guide::stick_slip::Coast;
 

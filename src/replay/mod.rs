@@ -30,6 +30,8 @@ pub struct Traces {
     pub current: Vec<f64>,
     /// Motor force or torque in N or N·m.
     pub thrust: Vec<f64>,
+    /// Reading of the second sensor, at the load.
+    pub load_position: Vec<f64>,
     /// Loads of sliders A–D in N, where the plant knows them.
     pub slider_loads: Vec<[f64; 4]>,
 }
@@ -44,6 +46,7 @@ impl Traces {
             effort_v: room(),
             current: room(),
             thrust: room(),
+            load_position: room(),
             slider_loads: Vec::new(),
         }
     }
@@ -55,6 +58,7 @@ impl Traces {
         self.effort_v.push(sample.effort_v);
         self.current.push(sample.current);
         self.thrust.push(sample.thrust);
+        self.load_position.push(sample.load_position);
     }
 
     /// Number of samples.

@@ -22,6 +22,8 @@ pub struct Start {
     /// Position and velocity that the controller saw at the first sample, where its effort is that of one sample
     /// and not a mean.
     pub reading: Option<(f64, f64)>,
+    /// What the second sensor shows at the first sample, where there is one.
+    pub load_position: Option<f64>,
 }
 
 /// Samples at the beginning of a moving run from which its start is read.
@@ -50,6 +52,7 @@ impl Start {
                 effort_v: run.signal(Signal::ControlEffort).map(mean),
                 current: run.signal(Signal::Current).map(mean),
                 reading: None,
+                load_position: run.signal(Signal::LoadPosition).map(mean),
             };
         }
         let first = &position[..position.len().min(START_SAMPLES)];
@@ -69,6 +72,7 @@ impl Start {
                 _ => first_of(Signal::Current),
             },
             reading: first_of(Signal::Position).zip(first_of(Signal::Velocity)),
+            load_position: first_of(Signal::LoadPosition),
         }
     }
 }
@@ -133,6 +137,7 @@ impl Recorded {
                     velocity_reference,
                     disturbance_v: disturbance.map_or(0.0, |d| d[k]),
                     effort_v: None,
+                    thrust: None,
                 }
             })
             .collect();
@@ -152,9 +157,14 @@ impl Recorded {
     /// Replays the run in closed loop on a plant.
     pub fn replay<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
         let mut twin = Twin::new(machine, plant, sensing);
-        let Start { position, velocity, effort_v, current, reading } = self.start;
-        let seen = reading.unwrap_or((position, velocity));
+        let Start { position, velocity, effort_v, current, reading, load_position } = self.start;
+        let on_load = machine.description().load_sensor.as_ref().is_some_and(|s| s.closes_position_loop);
+        let mut seen = reading.unwrap_or((position, velocity));
         twin.start(position, velocity, effort_v.unwrap_or(0.0));
+        if let Some(shown) = load_position {
+            twin.set_load_reading(shown);
+            seen.0 = if on_load { shown } else { seen.0 };
+        }
         if let (Some(effort_v), Some(first)) = (effort_v, self.commands.first()) {
             let input = Input {
                 position_reference: first.position_reference,

@@ -35,6 +35,9 @@ pub fn recorded(name: &str, machine: &Machine, reference: &[f64], traces: Traces
     if matches!(machine.description().motor, Motor::Winding(_)) {
         signals.insert(Signal::Current, traces.current);
     }
+    if machine.description().load_sensor.is_some() {
+        signals.insert(Signal::LoadPosition, traces.load_position);
+    }
     let run = Run::new(name, machine.motion(), period_s, signals)?;
     if traces.slider_loads.is_empty() {
         return Ok(run);

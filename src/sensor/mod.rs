@@ -8,6 +8,47 @@ pub mod velocity;
 use serde::{Deserialize, Serialize};
 pub use velocity::{VelocityEstimate, VelocityMemory};
 
+/// End of the drive train that a sensor sees: the same thing where motor and load are one rigid body.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum End {
+    /// The moving part itself.
+    #[default]
+    Load,
+    /// The motor, expressed as the axis coordinate.
+    Motor,
+}
+
+/// A second position sensor, at the load: a linear scale beside a motor encoder.
+///
+/// # Model
+/// As [`Encoder`]. Its zero is its own: a constant difference to the encoder means nothing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LoadSensor {
+    /// Step of the reading in m, or rad for a revolute axis; 0: none.
+    #[serde(default, alias = "resolution_rad")]
+    pub resolution_m: f64,
+    /// σ of the noise in m, or rad for a revolute axis.
+    #[serde(default, alias = "noise_rad")]
+    pub noise_m: f64,
+    /// Whether the controller closes its position loop on this sensor; its velocity loop stays on the encoder.
+    #[serde(default)]
+    pub closes_position_loop: bool,
+}
+
+impl LoadSensor {
+    /// The reading at position `q` with the noise value `noise` (same unit) already drawn.
+    pub fn read(&self, q: f64, noise: f64) -> f64 {
+        rounded(q + noise, self.resolution_m)
+    }
+}
+
+/// `value` on the nearest multiple of `step`; a step of zero leaves it.
+pub fn rounded(value: f64, step: f64) -> f64 {
+    if step > 0.0 { (value / step).round() * step } else { value }
+}
+
 /// Position encoder of the axis: its head sits on the base and reads the moving part relative to it.
 ///
 /// # Model
@@ -22,6 +63,9 @@ pub struct Encoder {
     /// σ of the noise in m, or rad for a revolute axis.
     #[serde(default, alias = "noise_rad")]
     pub noise_m: f64,
+    /// Which end of the drive train it sees.
+    #[serde(default)]
+    pub end: End,
     /// How the controller estimates velocity from the readings.
     pub velocity: VelocityEstimate,
 }
@@ -29,8 +73,7 @@ pub struct Encoder {
 impl Encoder {
     /// The reading at position `q` with the noise value `noise` (same unit) already drawn.
     pub fn read(&self, q: f64, noise: f64) -> f64 {
-        let value = q + noise;
-        if self.resolution_m > 0.0 { (value / self.resolution_m).round() * self.resolution_m } else { value }
+        rounded(q + noise, self.resolution_m)
     }
 }
 

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 /// - `smoothed_difference`: `v[k] = v[k−1] + T/(T+τ)·((x[k] − x[k−1])/T − v[k−1])`
 /// - `taps`: `v[k] = Σ_j taps[j]·x[k−j]/T`; the taps sum to zero and `−Σ j·taps[j] = 1`
 ///   (unit slope), which is checked. `[1, −1]` is the plain difference, `[0.5, 0, −0.5]` the difference
-///   of the two-sample mean, `[0.3, 0.1, −0.1, −0.3]` the four-point least-squares slope.
+///   of the two-sample mean, `[0.3, 0.1, −0.1, −0.3]` the four-point least-squares slope. With a time constant,
+///   the sum is smoothed like the difference above.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum VelocityEstimate {
@@ -21,6 +22,9 @@ pub enum VelocityEstimate {
     Taps {
         /// Weights of `x[k]`, `x[k−1]`, …, per sample period.
         taps: Vec<f64>,
+        /// τ in s of a smoothing after them.
+        #[serde(default)]
+        time_constant_s: f64,
     },
 }
 
@@ -46,10 +50,13 @@ impl VelocityEstimate {
     /// What is wrong with the configuration, if anything.
     pub fn fault(&self) -> Option<String> {
         match self {
-            Self::SmoothedDifference { time_constant_s } => (time_constant_s.is_nan()
-                || *time_constant_s < 0.0)
-                .then(|| format!("time_constant_s = {time_constant_s}, expected zero or more")),
-            Self::Taps { taps } => {
+            Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. }
+                if !(*time_constant_s >= 0.0) =>
+            {
+                Some(format!("time_constant_s = {time_constant_s}, expected zero or more"))
+            }
+            Self::SmoothedDifference { .. } => None,
+            Self::Taps { taps, .. } => {
                 let sum: f64 = taps.iter().sum();
                 let slope: f64 = -taps.iter().enumerate().map(|(j, w)| j as f64 * w).sum::<f64>();
                 let right =
@@ -57,6 +64,22 @@ impl VelocityEstimate {
                 (!right).then(|| {
                     format!("taps {taps:?} (sum {sum}, slope {slope}), expected 2 to {MOST_TAPS} taps with sum 0 and slope 1")
                 })
+            }
+        }
+    }
+
+    /// τ of the smoothing in s.
+    pub fn time_constant_s(&self) -> f64 {
+        match self {
+            Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. } => *time_constant_s,
+        }
+    }
+
+    /// Sets τ of the smoothing in s.
+    pub fn set_time_constant_s(&mut self, value: f64) {
+        match self {
+            Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. } => {
+                *time_constant_s = value;
             }
         }
     }
@@ -69,10 +92,11 @@ impl VelocityEstimate {
                 let difference = (x - memory.readings[0]) / period_s;
                 memory.estimate + period_s / (period_s + time_constant_s) * (difference - memory.estimate)
             }
-            Self::Taps { taps } => {
+            Self::Taps { taps, time_constant_s } => {
                 let newest = taps.first().map_or(0.0, |w| w * x);
                 let older: f64 = taps.iter().skip(1).zip(&memory.readings).map(|(w, r)| w * r).sum();
-                (newest + older) / period_s
+                let slope = (newest + older) / period_s;
+                memory.estimate + period_s / (period_s + time_constant_s) * (slope - memory.estimate)
             }
         };
         memory.readings.copy_within(0..MOST_TAPS - 1, 1);
@@ -90,8 +114,8 @@ mod tests {
         let (period, speed) = (1e-3, 0.37);
         let estimates = [
             VelocityEstimate::SmoothedDifference { time_constant_s: 5e-4 },
-            VelocityEstimate::Taps { taps: vec![0.5, 0.0, -0.5] },
-            VelocityEstimate::Taps { taps: vec![0.3, 0.1, -0.1, -0.3] },
+            VelocityEstimate::Taps { taps: vec![0.5, 0.0, -0.5], time_constant_s: 0.0 },
+            VelocityEstimate::Taps { taps: vec![0.3, 0.1, -0.1, -0.3], time_constant_s: 2e-3 },
         ];
         for estimate in estimates {
             assert_eq!(estimate.fault(), None);
@@ -105,7 +129,7 @@ mod tests {
 
     #[test]
     fn exact_taps_without_unit_slope_are_refused() {
-        assert!(VelocityEstimate::Taps { taps: vec![1.0, -0.5] }.fault().is_some());
-        assert!(VelocityEstimate::Taps { taps: vec![2.0, -2.0] }.fault().is_some());
+        assert!(VelocityEstimate::Taps { taps: vec![1.0, -0.5], time_constant_s: 0.0 }.fault().is_some());
+        assert!(VelocityEstimate::Taps { taps: vec![2.0, -2.0], time_constant_s: 0.0 }.fault().is_some());
     }
 }

@@ -1,0 +1,50 @@
+//! A voltage at zero command.
+
+use super::law::infinite;
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Offset of the amplifier: the voltage that it applies at zero command.
+///
+/// # Model
+/// `u_applied = u + u_0`; u_0 comes on top of a stated offset.
+///
+/// # Validity
+/// Constant over a run. Where neither current nor thrust is logged, or the motor is a direct one, it is exactly a
+/// constant force `−u_0·Kt/R`: no data tell the two apart.
+///
+/// # Source
+/// Offset of any analogue amplifier or converter.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct AmplifierOffset {
+    /// u_0 in V.
+    pub offset_v: f64,
+}
+
+impl Law for AmplifierOffset {
+    const SITE: Site = Site::Amplifier;
+    const PHRASE: &'static str = "an offset of the amplifier";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("offset_v", "V")];
+    const CUMULATIVE: bool = true;
+
+    fn fault(&self) -> Option<String> {
+        infinite("offset_v", self.offset_v)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.amplifier.offset_v += self.offset_v;
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![0.0]
+    }
+
+    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(-screen.largest_voltage(), screen.largest_voltage())]
+    }
+}

@@ -1,0 +1,68 @@
+//! Back-EMF off its stated value.
+
+use super::law::negative;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::drive::motor::Circuit;
+use serde::{Deserialize, Serialize};
+
+/// Back-EMF: voltage that the moving motor induces against its drive.
+///
+/// # Model
+/// `L·di/dt = u − R·i − Ke·v`, with Ke in the place of the stated constant.
+///
+/// # Validity
+/// Ke ≥ 0. Where the amplifier closes a fast current loop around the winding, that loop hides it.
+///
+/// # Source
+/// Any text on electrical drives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BackEmf {
+    /// Ke in V·s/m, or V·s/rad for a revolute axis; not negative.
+    #[serde(alias = "back_emf_v_s_per_rad")]
+    pub back_emf_v_s_per_m: f64,
+}
+
+impl Law for BackEmf {
+    const SITE: Site = Site::Motor;
+    const PHRASE: &'static str = "back-EMF off its stated value";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::differing(
+        "back_emf_v_s_per_m",
+        "back_emf_v_s_per_rad",
+        "V·s/m",
+        "V·s/rad",
+    )];
+
+    fn applies(constants: &Constants) -> bool {
+        matches!(constants.circuit, Circuit::Winding { .. })
+    }
+
+    fn fault(&self) -> Option<String> {
+        negative("back_emf_v_s_per_m", self.back_emf_v_s_per_m)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        if let Circuit::Winding { back_emf, .. } = &mut constants.circuit {
+            *back_emf = self.back_emf_v_s_per_m;
+        }
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        match constants.circuit {
+            Circuit::Winding { back_emf, .. } => vec![back_emf],
+            Circuit::Direct { .. } => vec![0.0],
+        }
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        vec![screen.constants.as_ref().map_or(vec![1.0], Self::neutral)]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let most = match screen.constants.as_ref().map(|c| c.circuit) {
+            Some(Circuit::Winding { force_constant, .. }) => 3.0 * force_constant,
+            _ => 1.0,
+        };
+        vec![(0.0, most)]
+    }
+}

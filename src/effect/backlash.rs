@@ -1,0 +1,63 @@
+//! Lost motion between motor and load.
+
+use super::law::negative;
+use super::{Constants, Door, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Backlash (lost motion): after a reversal the motor travels the gap before the load follows.
+///
+/// # Model
+/// Kinematic play of width b between the motor's end of the drive train q and the load x:
+/// ```text
+///   x stays while |q − x| < b/2, else x = q ∓ b/2
+/// ```
+/// It begins in the middle of the gap.
+///
+/// # Validity
+/// The load is held by its own friction while the gap is crossed, and its inertia is small against the motor's: reversal
+/// error as ISO 230-2 measures it, not rattling.
+///
+/// # Source
+/// ISO 230-2; play operator, Krasnosel'skii, Pokrovskii (1989).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Backlash {
+    /// b in m, or rad for a revolute axis; not negative.
+    #[serde(alias = "width_rad")]
+    pub width_m: f64,
+}
+
+impl Law for Backlash {
+    const SITE: Site = Site::Structure;
+    const PHRASE: &'static str = "lost motion between motor and load";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::length("width_m", "width_rad")];
+    const DOORS: &'static [Door] = &[Door::Transmission];
+
+    fn applies(constants: &Constants) -> bool {
+        constants.sees_load
+    }
+
+    fn fault(&self) -> Option<String> {
+        negative("width_m", self.width_m)
+    }
+
+    #[inline]
+    fn transmit(&self, position: f64, memory: f64) -> f64 {
+        memory.clamp(position - 0.5 * self.width_m, position + 0.5 * self.width_m)
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![0.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        if let Some(gap) = screen.lost_motion() {
+            return vec![vec![gap.max(1e-6 * screen.travel())]];
+        }
+        [1e-4, 1e-3, 5e-3, 0.03].iter().map(|share| vec![share * screen.travel()]).collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.0, 0.3 * screen.travel())]
+    }
+}

@@ -1,0 +1,78 @@
+//! A base mode off its stated value.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::base::{Mode, Modes};
+use serde::{Deserialize, Serialize};
+
+/// A mode of the base whose frequency or modal mass is not the stated one: other feet, a loose bolt, another floor.
+///
+/// # Model
+/// Mode j of the stated ones has f_j times a factor and M_j times a factor; its damping ratio stays.
+///
+/// # Validity
+/// One mode is off; which one is tried in turn. A mode that is not listed at all is another effect.
+///
+/// # Source
+/// [`Modes`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BaseModeShift {
+    /// j, counted from 1 in the order of the machine file.
+    pub mode: f64,
+    /// Factor of the frequency; more than zero.
+    pub frequency_factor: f64,
+    /// Factor of the modal mass; more than zero.
+    pub mass_factor: f64,
+}
+
+impl Law for BaseModeShift {
+    const SITE: Site = Site::Structure;
+    const PHRASE: &'static str = "a base mode off its stated value";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::same("mode", "1").held(),
+        Parameter::same("frequency_factor", "1"),
+        Parameter::same("mass_factor", "1"),
+    ];
+
+    fn applies(constants: &Constants) -> bool {
+        !constants.modes.is_empty()
+    }
+
+    fn fault(&self) -> Option<String> {
+        let counts = self.mode >= 1.0 && self.mode.fract() == 0.0;
+        (!counts)
+            .then(|| format!("mode = {}, expected a whole number from 1", self.mode))
+            .or_else(|| not_positive("frequency_factor", self.frequency_factor))
+            .or_else(|| not_positive("mass_factor", self.mass_factor))
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        let moved = |(k, mode): (usize, &Mode)| {
+            let (frequency, mass) = if k + 1 == self.mode as usize {
+                (self.frequency_factor, self.mass_factor)
+            } else {
+                (1.0, 1.0)
+            };
+            let (frequency, mass) = (mode.frequency_hz() * frequency, mode.mass_kg() * mass);
+            // A factor that `fault` lets through leaves a mode that is one.
+            Mode::new(frequency, mass, mode.damping_ratio()).unwrap_or(*mode)
+        };
+        constants.modes = Modes::new(constants.modes.as_slice().iter().enumerate().map(moved).collect());
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![f64::NAN, 1.0, 1.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let count = screen.constants.as_ref().map_or(0, |c| c.modes.len());
+        let each = |j: usize| [0.85, 0.97, 1.15].map(|factor| vec![(j + 1) as f64, factor, 1.0]);
+        (0..count).flat_map(each).collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let count = screen.constants.as_ref().map_or(1, |c| c.modes.len().max(1));
+        vec![(1.0, count as f64), (0.4, 2.5), (0.1, 10.0)]
+    }
+}

@@ -1,0 +1,79 @@
+//! Cogging: a force that depends on position alone.
+
+use super::harmonics::{columns, wave};
+use super::law::{infinite, not_positive};
+use super::periodogram::pitches;
+use super::{Constants, Door, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Cogging (detent force): magnets and teeth attract each other, current or not.
+///
+/// # Model
+/// `F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ` with `φ = 2π·x/p`, x the axis coordinate. Positive force acts along
+/// positive position.
+///
+/// # Validity
+/// Two harmonics of one pitch; no dependence on current or speed. The pitch is found from the data where several
+/// periods are travelled.
+///
+/// # Source
+/// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Cogging {
+    /// p in m, or rad for a revolute axis; more than zero.
+    #[serde(alias = "period_rad")]
+    pub period_m: f64,
+    /// s₁ in N, or N·m.
+    #[serde(alias = "sine_nm")]
+    pub sine_n: f64,
+    /// c₁ in N, or N·m.
+    #[serde(alias = "cosine_nm")]
+    pub cosine_n: f64,
+    /// s₂ in N, or N·m.
+    #[serde(default, alias = "sine_2_nm")]
+    pub sine_2_n: f64,
+    /// c₂ in N, or N·m.
+    #[serde(default, alias = "cosine_2_nm")]
+    pub cosine_2_n: f64,
+}
+
+impl Law for Cogging {
+    const SITE: Site = Site::Motor;
+    const PHRASE: &'static str = "cogging of the motor";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::length("period_m", "period_rad"),
+        Parameter::effort("sine_n", "sine_nm"),
+        Parameter::effort("cosine_n", "cosine_nm"),
+        Parameter::effort("sine_2_n", "sine_2_nm"),
+        Parameter::effort("cosine_2_n", "cosine_2_nm"),
+    ];
+    const DOORS: &'static [Door] = &[Door::Push];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("period_m", self.period_m)
+            .or_else(|| infinite("sine_n", self.sine_n))
+            .or_else(|| infinite("cosine_n", self.cosine_n))
+            .or_else(|| infinite("sine_2_n", self.sine_2_n))
+            .or_else(|| infinite("cosine_2_n", self.cosine_2_n))
+    }
+
+    #[inline]
+    fn push(&self, position: f64, _velocity: f64) -> f64 {
+        wave(self.period_m, [self.sine_n, self.cosine_n, self.sine_2_n, self.cosine_2_n], position)
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![f64::NAN, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let found = pitches(screen, &screen.missing_force, |rate, m| columns(rate, m).to_vec(), 3);
+        found.into_iter().map(|pitch| [vec![pitch.period], pitch.coefficients].concat()).collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let force = screen.largest_force;
+        [vec![screen.period_range()], vec![(-force, force); 4]].concat()
+    }
+}

@@ -1,0 +1,52 @@
+//! Small voltages that do not reach the motor.
+
+use super::law::negative;
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Dead zone of the amplifier: commands below a threshold have no effect, larger ones lack it.
+///
+/// # Model
+/// ```text
+///   |u| ≤ w:  u_applied = 0
+///   |u| > w:  u_applied = u − w·sgn(u)
+/// ```
+/// w comes on top of a stated half width.
+///
+/// # Validity
+/// Symmetric; PWM interlock time of a bridge behaves so at small currents.
+///
+/// # Source
+/// Slotine, Li (1991), *Applied Nonlinear Control*, section 5.2.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DeadZone {
+    /// w in V; not negative.
+    pub half_width_v: f64,
+}
+
+impl Law for DeadZone {
+    const SITE: Site = Site::Amplifier;
+    const PHRASE: &'static str = "a dead zone of the amplifier";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("half_width_v", "V")];
+
+    fn fault(&self) -> Option<String> {
+        negative("half_width_v", self.half_width_v)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.amplifier.dead_zone_v += self.half_width_v;
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![0.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        [0.01, 0.05, 0.2].iter().map(|share| vec![share * screen.largest_voltage()]).collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.0, screen.largest_voltage())]
+    }
+}

@@ -1,0 +1,65 @@
+//! Periodic error of the encoder.
+
+use super::law::{infinite, not_positive};
+use super::reading_error::{error, inverse};
+use super::{Constants, Door, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Error of the encoder that repeats along the axis: an eccentric disc, interpolation within a grating period.
+///
+/// # Model
+/// `reading = x + s·sin(2πx/p) + c·cos(2πx/p)`.
+///
+/// # Validity
+/// Small slopes. Where this is the only sensor and it sits at the load, it is exactly a lead error of the drive train.
+///
+/// # Source
+/// Encoder data sheets: position error over one signal period or one turn.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EncoderPeriodicError {
+    /// p in m, or rad for a revolute axis; more than zero.
+    #[serde(alias = "period_rad")]
+    pub period_m: f64,
+    /// s in m, or rad.
+    #[serde(alias = "sine_rad")]
+    pub sine_m: f64,
+    /// c in m, or rad.
+    #[serde(alias = "cosine_rad")]
+    pub cosine_m: f64,
+}
+
+impl Law for EncoderPeriodicError {
+    const SITE: Site = Site::Sensor;
+    const PHRASE: &'static str = "a periodic error of the encoder";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::length("period_m", "period_rad"),
+        Parameter::length("sine_m", "sine_rad"),
+        Parameter::length("cosine_m", "cosine_rad"),
+    ];
+    const DOORS: &'static [Door] = &[Door::Reading];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("period_m", self.period_m)
+            .or_else(|| infinite("sine_m", self.sine_m))
+            .or_else(|| infinite("cosine_m", self.cosine_m))
+    }
+
+    #[inline]
+    fn read(&self, position: f64) -> f64 {
+        position + error(self.period_m, self.sine_m, self.cosine_m, position)
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![f64::NAN, 0.0, 0.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        inverse(screen)
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let most = 0.05 * screen.travel();
+        [vec![screen.period_range()], vec![(-most, most); 2]].concat()
+    }
+}

@@ -1,0 +1,52 @@
+//! Steps of the encoder coarser than stated.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Readings in coarser steps than stated: lost interpolation, a wrong divider, a log with few digits.
+///
+/// # Model
+/// `reading = r·round(x/r)`, for the controller as for the log.
+///
+/// # Validity
+/// The step is read off the recorded positions, which all lie on its grid; the fit decides only whether the loop ran on
+/// it. A log that was rounded later leaves the loop alone.
+///
+/// # Source
+/// Quantisation.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EncoderResolution {
+    /// r in m, or rad for a revolute axis; more than zero.
+    #[serde(alias = "resolution_rad")]
+    pub resolution_m: f64,
+}
+
+impl Law for EncoderResolution {
+    const SITE: Site = Site::Sensor;
+    const PHRASE: &'static str = "an encoder coarser than stated";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::length("resolution_m", "resolution_rad").held()];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("resolution_m", self.resolution_m)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.reading_step = self.resolution_m;
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.encoder_step]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let stated = screen.constants.as_ref().map_or(0.0, |c| c.encoder_step);
+        // As fine as stated: nothing to explain, and a fit without a start is left out.
+        screen.reading_step.filter(|step| *step > 1.5 * stated).map(|step| vec![step]).into_iter().collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.0, screen.travel())]
+    }
+}

@@ -1,0 +1,51 @@
+//! Scale of the encoder off its stated value.
+
+use super::law::not_positive;
+use super::{Constants, Door, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// An encoder whose unit is not the stated one: a wrong count per turn, lead or ratio, a warm scale.
+///
+/// # Model
+/// `reading = f·x`.
+///
+/// # Validity
+/// On position, velocity, effort and current it is exactly a force constant off by the same factor f: only a force
+/// signal or a second sensor tells them apart.
+///
+/// # Source
+/// Unit conversion; thermal expansion of steel scales, 10.5 µm/(m·K).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EncoderScale {
+    /// f, more than zero; 1: as stated.
+    pub factor: f64,
+}
+
+impl Law for EncoderScale {
+    const SITE: Site = Site::Sensor;
+    const PHRASE: &'static str = "an encoder scale off its stated value";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
+    const DOORS: &'static [Door] = &[Door::Reading];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("factor", self.factor)
+    }
+
+    #[inline]
+    fn read(&self, position: f64) -> f64 {
+        self.factor * position
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![1.0]
+    }
+
+    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
+        vec![vec![1.0]]
+    }
+
+    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.2, 5.0)]
+    }
+}

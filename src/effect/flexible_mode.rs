@@ -1,0 +1,76 @@
+//! A mode that the twin does not list.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::base::{Mode, Modes};
+use serde::{Deserialize, Serialize};
+
+/// A flexible mode that is not listed: of the base, or of a load that is not rigidly attached to what the motor drives.
+///
+/// # Model
+/// One mode more at the driven point: `M·(η̈ + 2ζω·η̇ + ω²·η) = −F`, and the axis accelerates by −η̈ beside F/m. A load m₂ on
+/// a spring and a driven part m₁, measured where it is driven, is the same equation with `M = m₁·(m₁ + m₂)/m₂` and ω its
+/// free frequency.
+///
+/// # Validity
+/// Linear; the sensor sits where the motor drives (collocated). 0 < ζ < 1.
+///
+/// # Source
+/// Modal form of the drive-point receptance, Ewins (2000), *Modal Testing*, section 2.4.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FlexibleMode {
+    /// ω/2π in Hz; more than zero.
+    pub frequency_hz: f64,
+    /// M in kg, or kg·m² for a revolute axis; more than zero.
+    #[serde(alias = "inertia_kg_m2")]
+    pub mass_kg: f64,
+    /// ζ.
+    pub damping_ratio: f64,
+}
+
+impl Law for FlexibleMode {
+    const SITE: Site = Site::Structure;
+    const PHRASE: &'static str = "a flexible mode that is not listed";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::same("frequency_hz", "Hz"),
+        Parameter::differing("mass_kg", "inertia_kg_m2", "kg", "kg·m²"),
+        Parameter::same("damping_ratio", "1"),
+    ];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("frequency_hz", self.frequency_hz)
+            .or_else(|| not_positive("mass_kg", self.mass_kg))
+            .or_else(|| {
+                let damped = self.damping_ratio > 0.0 && self.damping_ratio < 1.0;
+                (!damped).then(|| {
+                    format!("damping_ratio = {}, expected more than 0 and less than 1", self.damping_ratio)
+                })
+            })
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        let mode = Mode::new(self.frequency_hz, self.mass_kg, self.damping_ratio);
+        let stated = constants.modes.as_slice().iter().copied();
+        constants.modes = Modes::new(stated.chain(mode.ok()).collect());
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![f64::NAN, f64::INFINITY, f64::NAN]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let nyquist = 0.5 / screen.sample_period_s();
+        let mass = 8.0 * screen.moving_mass();
+        (0..14)
+            .map(|k| 6.0 * 1.4_f64.powi(k))
+            .filter(|frequency| *frequency < 0.7 * nyquist)
+            .map(|frequency| vec![frequency, mass, 0.03])
+            .collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let (mass, nyquist) = (screen.moving_mass(), 0.5 / screen.sample_period_s());
+        vec![(1.0, 0.8 * nyquist), (0.05 * mass, 1e4 * mass), (1e-3, 0.7)]
+    }
+}

@@ -1,0 +1,54 @@
+//! The motor's force constant off its stated value.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::drive::motor::Circuit;
+use serde::{Deserialize, Serialize};
+
+/// Force or torque constant of the motor off its stated value: warm magnets, saturation, a wrong data sheet.
+///
+/// # Model
+/// `Kt = f·Kt_stated`; for a direct motor, force per volt alike. Back-EMF keeps its own stated constant.
+///
+/// # Validity
+/// Constant over a run. Without a force sensor, a factor f cannot be told from mass, friction and every other
+/// force being 1/f times theirs, nor from an encoder whose scale is off by f: position, velocity, effort and current
+/// are the same.
+///
+/// # Source
+/// Magnets lose about 0.1 to 0.2 % of their flux per kelvin; any motor data sheet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceConstant {
+    /// f, more than zero; 1: as stated.
+    pub factor: f64,
+}
+
+impl Law for ForceConstant {
+    const SITE: Site = Site::Motor;
+    const PHRASE: &'static str = "a force constant off its stated value";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("factor", self.factor)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        match &mut constants.circuit {
+            Circuit::Winding { force_constant, .. } => *force_constant *= self.factor,
+            Circuit::Direct { force_per_volt } => *force_per_volt *= self.factor,
+        }
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![1.0]
+    }
+
+    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
+        vec![vec![1.0]]
+    }
+
+    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.2, 5.0)]
+    }
+}

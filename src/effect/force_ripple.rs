@@ -1,0 +1,85 @@
+//! Force ripple: a force constant that depends on position.
+
+use super::harmonics::{columns, wave};
+use super::law::{infinite, not_positive};
+use super::periodogram::pitches;
+use super::{Constants, Door, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Force ripple: the motor's force constant varies along its magnets.
+///
+/// # Model
+/// `F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ)` with `φ = 2π·x/p`, x the axis coordinate.
+///
+/// # Validity
+/// Two harmonics of one pitch, in proportion to current: what remains without current is cogging. Back-EMF keeps its
+/// mean constant.
+///
+/// # Source
+/// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ForceRipple {
+    /// p in m, or rad for a revolute axis; more than zero.
+    #[serde(alias = "period_rad")]
+    pub period_m: f64,
+    /// s₁.
+    pub sine: f64,
+    /// c₁.
+    pub cosine: f64,
+    /// s₂.
+    #[serde(default)]
+    pub sine_2: f64,
+    /// c₂.
+    #[serde(default)]
+    pub cosine_2: f64,
+}
+
+impl Law for ForceRipple {
+    const SITE: Site = Site::Motor;
+    const PHRASE: &'static str = "force ripple of the motor";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::length("period_m", "period_rad"),
+        Parameter::same("sine", "1"),
+        Parameter::same("cosine", "1"),
+        Parameter::same("sine_2", "1"),
+        Parameter::same("cosine_2", "1"),
+    ];
+    const DOORS: &'static [Door] = &[Door::Ripple];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("period_m", self.period_m)
+            .or_else(|| infinite("sine", self.sine))
+            .or_else(|| infinite("cosine", self.cosine))
+            .or_else(|| infinite("sine_2", self.sine_2))
+            .or_else(|| infinite("cosine_2", self.cosine_2))
+    }
+
+    #[inline]
+    fn ripple(&self, position: f64) -> f64 {
+        wave(self.period_m, [self.sine, self.cosine, self.sine_2, self.cosine_2], position)
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![f64::NAN, 0.0, 0.0, 0.0, 0.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let scaled = |rate: f64, m: super::periodogram::Moment| {
+            columns(rate, m).map(|column| column * m.motor_force).to_vec()
+        };
+        let found = pitches(screen, &screen.missing_force, scaled, 3);
+        let bounded = |share: f64| share.clamp(-0.5, 0.5);
+        found
+            .into_iter()
+            .map(|pitch| {
+                let shares = pitch.coefficients.into_iter().map(bounded);
+                std::iter::once(pitch.period).chain(shares).collect()
+            })
+            .collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        [vec![screen.period_range()], vec![(-0.9, 0.9); 4]].concat()
+    }
+}

@@ -1,0 +1,199 @@
+//! Pitches that are not known beforehand: a periodogram over position.
+
+use super::Screen;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// One moving sample of the training runs, in SI.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Moment {
+    /// Position.
+    pub position: f64,
+    /// Velocity.
+    pub velocity: f64,
+    /// Acceleration.
+    pub acceleration: f64,
+    /// Motor force or torque.
+    pub motor_force: f64,
+}
+
+/// A pitch with the coefficients that belong to its columns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Pitch {
+    /// Pitch in m or rad.
+    pub period: f64,
+    /// Coefficients of the columns at this pitch.
+    pub coefficients: Vec<f64>,
+}
+
+/// Pitches tried at most.
+const MOST_PITCHES: usize = 500;
+/// Spatial frequencies lie this part of the resolution (one over the travel) apart.
+const OVERSAMPLING: f64 = 5.0;
+/// Samples used at most.
+const MOST_SAMPLES: usize = 2500;
+/// The smoothing of the missing force passes changes up to about this frequency, in Hz.
+const PASSED_HZ: f64 = 80.0;
+/// A pitch is a peak if no better one lies this many grid points around it.
+const PEAK_WIDTH: usize = 4;
+
+/// The pitches that explain most of `target`, best first, at most `most` of them.
+///
+/// # Model
+/// For each pitch p of a grid that is even in 1/p, `target ≈ base·b + columns(2π/p)·c` by least squares over the
+/// moving samples; what the columns explain beyond the base (acceleration, velocity, direction, constant) ranks the
+/// pitches.
+///
+/// # Validity
+/// Pitches from those that pass at [`PASSED_HZ`] at slow speed up to the travel itself; a longer one is not told from
+/// a spring.
+///
+/// # Source
+/// Lomb (1976), least-squares frequency analysis, over position instead of time.
+pub fn pitches(
+    screen: &Screen,
+    target: &[f64],
+    columns: impl Fn(f64, Moment) -> Vec<f64>,
+    most: usize,
+) -> Vec<Pitch> {
+    let Some(grid) = Grid::of(screen, target) else { return Vec::new() };
+    let found: Vec<(f64, f64, Vec<f64>)> = grid
+        .frequencies
+        .iter()
+        .filter_map(|&f| grid.explain(TAU * f, &columns).map(|(gain, c)| (f, gain, c)))
+        .collect();
+    let is_peak = |k: usize| {
+        let around = k.saturating_sub(PEAK_WIDTH)..(k + PEAK_WIDTH + 1).min(found.len());
+        around.into_iter().all(|j| found[j].1 <= found[k].1)
+    };
+    let mut peaks: Vec<usize> = (0..found.len()).filter(|&k| is_peak(k)).collect();
+    peaks.sort_by(|&a, &b| found[b].1.total_cmp(&found[a].1));
+    peaks
+        .into_iter()
+        .take(most)
+        .map(|k| Pitch { period: 1.0 / found[k].0, coefficients: found[k].2.clone() })
+        .collect()
+}
+
+struct Grid {
+    moments: Vec<Moment>,
+    base: DMatrix<f64>,
+    /// Target with the base taken out.
+    rest: DVector<f64>,
+    frequencies: Vec<f64>,
+}
+
+impl Grid {
+    fn of(screen: &Screen, target: &[f64]) -> Option<Self> {
+        let direction = screen.directions();
+        let moving: Vec<usize> =
+            (0..target.len().min(direction.len())).filter(|&k| direction[k] != 0.0).collect();
+        let every = moving.len().div_ceil(MOST_SAMPLES).max(1);
+        let chosen: Vec<usize> = moving.into_iter().step_by(every).collect();
+        if chosen.len() < 40 {
+            return None;
+        }
+        let force = |k: usize| screen.motor_force.get(k).copied().unwrap_or(0.0);
+        let moments: Vec<Moment> = chosen
+            .iter()
+            .map(|&k| Moment {
+                position: screen.position[k],
+                velocity: screen.velocity[k],
+                acceleration: screen.acceleration[k],
+                motor_force: force(k),
+            })
+            .collect();
+        let base = DMatrix::from_fn(moments.len(), 4, |row, column| match column {
+            0 => moments[row].acceleration,
+            1 => moments[row].velocity,
+            2 => moments[row].velocity.signum(),
+            _ => 1.0,
+        });
+        let base = orthonormal(base);
+        let wanted = DVector::from_iterator(chosen.len(), chosen.iter().map(|&k| target[k]));
+        let rest = &wanted - &base * (base.transpose() * &wanted);
+        let frequencies = frequencies(&moments)?;
+        Some(Self { moments, base, rest, frequencies })
+    }
+
+    /// Sum of squares that the columns explain, and their coefficients.
+    fn explain(
+        &self,
+        rate: f64,
+        columns: &impl Fn(f64, Moment) -> Vec<f64>,
+    ) -> Option<(f64, Vec<f64>)> {
+        let rows: Vec<Vec<f64>> = self.moments.iter().map(|m| columns(rate, *m)).collect();
+        let width = rows.first()?.len();
+        let matrix = DMatrix::from_fn(rows.len(), width, |r, c| rows[r][c]);
+        let matrix = &matrix - &self.base * (self.base.transpose() * &matrix);
+        let gram = matrix.transpose() * &matrix;
+        let size = gram.diagonal().max();
+        let right = matrix.transpose() * &self.rest;
+        // Columns that the base all but explains would blow up: a ridge far below any real column.
+        let ridge = DMatrix::from_diagonal_element(width, width, 1e-6 * size.max(f64::MIN_POSITIVE));
+        let solution = (gram + ridge).cholesky()?.solve(&right);
+        Some((solution.dot(&right), solution.iter().copied().collect()))
+    }
+}
+
+/// Gram–Schmidt; a column that the others explain becomes zero.
+fn orthonormal(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
+    for c in 0..matrix.ncols() {
+        let full = matrix.column(c).norm();
+        for before in 0..c {
+            let share = matrix.column(before).dot(&matrix.column(c));
+            let other = matrix.column(before).into_owned();
+            matrix.column_mut(c).axpy(-share, &other, 1.0);
+        }
+        let norm = matrix.column(c).norm();
+        let scale = if norm > 1e-9 * full && norm > 0.0 { 1.0 / norm } else { 0.0 };
+        matrix.column_mut(c).scale_mut(scale);
+    }
+    matrix
+}
+
+fn frequencies(moments: &[Moment]) -> Option<Vec<f64>> {
+    let positions = moments.iter().map(|m| m.position);
+    let (low, high) =
+        positions.fold((f64::MAX, f64::MIN), |(low, high), x| (f64::min(low, x), f64::max(high, x)));
+    let travel = high - low;
+    let mut speeds: Vec<f64> = moments.iter().map(|m| m.velocity.abs()).collect();
+    let place = speeds.len() / 5;
+    let slow = *speeds.select_nth_unstable_by(place, f64::total_cmp).1;
+    if !(travel > 0.0 && slow > 0.0) {
+        return None;
+    }
+    let (from, to) = (1.0 / travel, PASSED_HZ / slow);
+    let count = ((to - from) * OVERSAMPLING * travel).clamp(1.0, MOST_PITCHES as f64) as usize;
+    // Where the grid is cut short it keeps its resolution: the longest pitches are the likeliest.
+    Some((0..count).map(|k| from + k as f64 / (OVERSAMPLING * travel)).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_pitch_of_a_sine_is_found() {
+        let count = 4000;
+        let time = |k: usize| k as f64 * 1e-3;
+        let screen = Screen {
+            position: (0..count).map(|k| 0.1 * (2.0 * time(k)).sin()).collect(),
+            velocity: (0..count).map(|k| 0.2 * (2.0 * time(k)).cos()).collect(),
+            acceleration: (0..count).map(|k| -0.4 * (2.0 * time(k)).sin()).collect(),
+            ..Screen::default()
+        };
+        let target: Vec<f64> = screen
+            .position
+            .iter()
+            .zip(&screen.velocity)
+            .map(|(x, v)| 7.0 * v + 3.0 * (TAU * x / 0.024).sin() - 1.0 * (TAU * x / 0.024).cos())
+            .collect();
+        let columns = |rate: f64, m: Moment| vec![(rate * m.position).sin(), (rate * m.position).cos()];
+        let found = pitches(&screen, &target, columns, 2);
+        let best = &found[0];
+        // The grid's own resolution: a fifth of one over the travel.
+        assert!((best.period / 0.024 - 1.0).abs() < 0.03, "{best:?}");
+        assert!((best.coefficients[0] - 3.0).abs() < 0.8, "{best:?}");
+    }
+}

@@ -1,0 +1,50 @@
+//! Smoothing of the velocity estimate off its stated value.
+
+use super::law::negative;
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// A filter in the velocity estimate that is not the stated one.
+///
+/// # Model
+/// First-order smoothing with time constant τ, in the place of the stated one: `v ← v + T/(T+τ)·(estimate − v)`.
+///
+/// # Validity
+/// τ ≥ 0; a filter of higher order looks like this one up to its bandwidth.
+///
+/// # Source
+/// [`VelocityEstimate`](crate::sensor::VelocityEstimate).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VelocityFilter {
+    /// τ in s; not negative.
+    pub time_constant_s: f64,
+}
+
+impl Law for VelocityFilter {
+    const SITE: Site = Site::Sensor;
+    const PHRASE: &'static str = "a velocity filter off its stated value";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("time_constant_s", "s")];
+
+    fn fault(&self) -> Option<String> {
+        negative("time_constant_s", self.time_constant_s)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.velocity.set_time_constant_s(self.time_constant_s);
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.velocity.time_constant_s()]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let period = screen.sample_period_s();
+        let own = screen.constants.as_ref().map_or(0.0, |c| c.velocity.time_constant_s());
+        vec![vec![own], vec![own + 2.0 * period], vec![own + 8.0 * period]]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.0, 200.0 * screen.sample_period_s())]
+    }
+}

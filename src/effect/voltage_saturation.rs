@@ -1,0 +1,50 @@
+//! Voltage clipped below what is stated.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// A limit of the applied voltage below the stated one: a sagging supply, a limit set in the drive.
+///
+/// # Model
+/// `u_applied = clip(u, ±U)`; the smaller of U and the stated limit holds.
+///
+/// # Validity
+/// Symmetric and constant over a run. A limit that no run reaches leaves no trace.
+///
+/// # Source
+/// Saturation of any real amplifier.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VoltageSaturation {
+    /// U in V; more than zero.
+    pub limit_v: f64,
+}
+
+impl Law for VoltageSaturation {
+    const SITE: Site = Site::Amplifier;
+    const PHRASE: &'static str = "voltage clipped below its stated limit";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("limit_v", "V")];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("limit_v", self.limit_v)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        let stated = constants.amplifier.voltage_limit_v.unwrap_or(f64::INFINITY);
+        constants.amplifier.voltage_limit_v = Some(self.limit_v.min(stated));
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.amplifier.voltage_limit_v.unwrap_or(f64::INFINITY)]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        // The gradient is zero above the largest voltage: start below it, at several depths.
+        [0.9, 0.7, 0.5, 0.3].iter().map(|share| vec![share * screen.largest_voltage()]).collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.02 * screen.largest_voltage(), 1.02 * screen.largest_voltage())]
+    }
+}

@@ -1,0 +1,59 @@
+//! Winding inductance off its stated value.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::drive::motor::Circuit;
+use serde::{Deserialize, Serialize};
+
+/// Winding inductance off its stated value.
+///
+/// # Model
+/// `L·di/dt = u − R·i − Ke·v`, with L in the place of the stated inductance.
+///
+/// # Validity
+/// Constant over a run: no dependence on current or position.
+///
+/// # Source
+/// Any text on electrical drives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WindingInductance {
+    /// L in H; more than zero.
+    pub inductance_h: f64,
+}
+
+impl Law for WindingInductance {
+    const SITE: Site = Site::Motor;
+    const PHRASE: &'static str = "a winding inductance off its stated value";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("inductance_h", "H")];
+
+    fn applies(constants: &Constants) -> bool {
+        matches!(constants.circuit, Circuit::Winding { .. })
+    }
+
+    fn fault(&self) -> Option<String> {
+        not_positive("inductance_h", self.inductance_h)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        if let Circuit::Winding { inductance_h, .. } = &mut constants.circuit {
+            *inductance_h = self.inductance_h;
+        }
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        match constants.circuit {
+            Circuit::Winding { inductance_h, .. } => vec![inductance_h],
+            Circuit::Direct { .. } => vec![0.0],
+        }
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        vec![screen.constants.as_ref().map_or(vec![1.0], Self::neutral)]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let stated = screen.constants.as_ref().map_or(1.0, |c| Self::neutral(c)[0]);
+        vec![(0.1 * stated, 10.0 * stated)]
+    }
+}

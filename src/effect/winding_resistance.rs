@@ -1,0 +1,59 @@
+//! Winding resistance off its stated value.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::drive::motor::Circuit;
+use serde::{Deserialize, Serialize};
+
+/// Winding resistance off its stated value.
+///
+/// # Model
+/// `L·di/dt = u − R·i − Ke·v`, with R in the place of the stated resistance.
+///
+/// # Validity
+/// Constant over a run. Copper gains 0.39 % per kelvin, so a warm winding is 20 to 40 % above its cold value.
+///
+/// # Source
+/// Temperature coefficient of copper, IEC 60228.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WindingResistance {
+    /// R in Ω, cables and amplifier included; more than zero.
+    pub resistance_ohm: f64,
+}
+
+impl Law for WindingResistance {
+    const SITE: Site = Site::Motor;
+    const PHRASE: &'static str = "a winding resistance off its stated value";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("resistance_ohm", "Ω")];
+
+    fn applies(constants: &Constants) -> bool {
+        matches!(constants.circuit, Circuit::Winding { .. })
+    }
+
+    fn fault(&self) -> Option<String> {
+        not_positive("resistance_ohm", self.resistance_ohm)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        if let Circuit::Winding { resistance_ohm, .. } = &mut constants.circuit {
+            *resistance_ohm = self.resistance_ohm;
+        }
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        match constants.circuit {
+            Circuit::Winding { resistance_ohm, .. } => vec![resistance_ohm],
+            Circuit::Direct { .. } => vec![0.0],
+        }
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        vec![screen.constants.as_ref().map_or(vec![1.0], Self::neutral)]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let stated = screen.constants.as_ref().map_or(1.0, |c| Self::neutral(c)[0]);
+        vec![(0.2 * stated, 5.0 * stated)]
+    }
+}
