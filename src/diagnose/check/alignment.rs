@@ -1,0 +1,260 @@
+//! Recorded channels that lie behind the others: a delay of the channel, told apart from one of the loop.
+//!
+//! # Model
+//! Three relations hold whatever the loop's delay is, because nothing of the loop lies between their two sides:
+//! the velocity is the estimate from the position; the effort is what the control law makes of reference and
+//! position; the motor's force is what the motion takes (inertia, friction, spring, weight, all of free size).
+//! A late channel breaks the relations that it is part of and no others. A late *loop* (effort to force) breaks
+//! none of them.
+
+use super::law::{Says, VelocitySource, estimated, law};
+use super::projection::{Basis, spread};
+use super::shift::{LEAST_SAMPLES, Shift};
+use super::smoothed::Smoothed;
+use super::{Check, Finding};
+use crate::drive::motor::Circuit;
+use crate::machine::Machine;
+use crate::recording::{Run, Signal};
+use crate::units::engineering;
+
+/// A shift must take away this share of what is unexplained of a velocity: it is computed from the position, so
+/// next to nothing else can be left.
+const EXPLAINS_VELOCITY: f64 = 0.8;
+/// And this share of what is unexplained of a force: unmodelled forces are left, but where they are most of it a
+/// shift may be their doing.
+const EXPLAINS_FORCE: f64 = 0.5;
+/// Shifts of one channel in several runs count as one when they agree to so many samples.
+const AGREE_SAMPLES: f64 = 0.25;
+/// A staircase acts half a sample after it is commanded.
+const STAIRCASE: f64 = 0.5;
+
+/// A channel of a run that does not lie where it should.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Late {
+    signal: Signal,
+    samples: f64,
+    what: What,
+}
+
+/// How sure it is that this channel is the late one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum What {
+    /// Behind what the control law commands; with whether a slower velocity estimate would look alike.
+    Effort { or_velocity_estimate: bool },
+    /// The readings, or the reference, behind what the control law acted on.
+    Input,
+    /// Behind the motion that it causes.
+    Force,
+    /// Behind the stated estimate from the position.
+    Velocity,
+    /// Ahead of the stated estimate from the position.
+    VelocityAhead,
+    /// Behind the force that moves it and the velocity, with no effort to ask.
+    Position,
+    /// Behind the force that moves it, and nothing tells whether the channel or the mechanics is late.
+    Undecided,
+    /// The effort does not fit the law, and two channels explain it alike.
+    EffortOr(Signal),
+    /// Behind the sensor of the axis.
+    Load,
+}
+
+/// The channels of a run that are late.
+pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
+    let velocity = velocity(machine, smoothed).filter(Shift::is_real);
+    let forces: Vec<(Signal, f64)> = [Signal::Current, Signal::Thrust]
+        .into_iter()
+        .filter_map(|signal| Some((signal, force(machine, smoothed, signal)?)))
+        .collect();
+    let stated = law(machine, smoothed, VelocitySource::Stated);
+    // Where the law fits better with the velocity as logged, the estimate is another than stated, and not late.
+    let other_estimate = velocity.is_some() && {
+        let logged = law(machine, smoothed, VelocitySource::Logged);
+        logged.says == Says::InTime && logged.beats(&stated)
+    };
+    let mut late: Vec<Late> = load(smoothed).into_iter().collect();
+    // By how much the position itself is late, where that is known.
+    let position = match &stated.says {
+        _ if other_estimate => Some(0.0),
+        Says::InTime => Some(0.0),
+        Says::Late(channels) => {
+            let ahead = forces.iter().any(|(_, samples)| *samples <= -LEAST_SAMPLES);
+            let logged = velocity.is_none() && smoothed.signal(Signal::Velocity).is_some();
+            let found = of_law(channels, ahead, logged);
+            let samples = if found.signal == Signal::Position { found.samples } else { 0.0 };
+            late.push(found);
+            Some(samples)
+        }
+        Says::Silent => None,
+    };
+    let velocity = velocity.filter(|_| !other_estimate).map(|shift| shift.samples);
+    let first = forces.iter().map(|(_, samples)| *samples).fold(0.0, f64::min);
+    if position.is_none() && first <= -LEAST_SAMPLES {
+        let witness = velocity.is_some_and(|velocity| (velocity - first).abs() <= LEAST_SAMPLES);
+        let what = if witness { What::Position } else { What::Undecided };
+        late.push(Late { signal: Signal::Position, samples: -first, what });
+        return late;
+    }
+    let position = position.unwrap_or(0.0);
+    for (signal, samples) in forces {
+        if samples + position >= LEAST_SAMPLES {
+            late.push(Late { signal, samples: samples + position, what: What::Force });
+        }
+    }
+    if let Some(samples) = velocity.map(|velocity| velocity + position).filter(|s| s.abs() >= LEAST_SAMPLES) {
+        let what = if samples > 0.0 { What::Velocity } else { What::VelocityAhead };
+        late.push(Late { signal: Signal::Velocity, samples: samples.abs(), what });
+    }
+    late
+}
+
+/// The channel that the law finds late; `ahead`: forces lie ahead of the motion, `logged`: the logged velocity
+/// is the stated estimate.
+fn of_law(channels: &[(Signal, Shift)], ahead: bool, logged: bool) -> Late {
+    let find = |signal| channels.iter().find(|(s, _)| *s == signal).map(|(_, shift)| shift.samples);
+    let [effort, position, reference] =
+        [Signal::ControlEffort, Signal::Position, Signal::PositionReference].map(find);
+    let late = |signal, samples: f64, what| Late { signal, samples, what };
+    match (effort, position, reference) {
+        (_, Some(samples), _) if ahead => late(Signal::Position, samples, What::Input),
+        (Some(samples), Some(_), _) => late(Signal::ControlEffort, samples, What::EffortOr(Signal::Position)),
+        (Some(samples), None, Some(_)) => {
+            late(Signal::ControlEffort, samples, What::EffortOr(Signal::PositionReference))
+        }
+        (Some(samples), None, None) => {
+            late(Signal::ControlEffort, samples, What::Effort { or_velocity_estimate: !logged })
+        }
+        (None, Some(samples), _) => late(Signal::Position, samples, What::Input),
+        (None, None, samples) => late(Signal::PositionReference, samples.unwrap_or(0.0), What::Input),
+    }
+}
+
+/// The velocity behind the stated estimate from the position.
+fn velocity(machine: &Machine, smoothed: &Smoothed) -> Option<Shift> {
+    let samples = smoothed.signal(Signal::Velocity)?;
+    let position = smoothed.signal(Signal::Position)?;
+    let expected = estimated(&machine.description().encoder.velocity, position, smoothed.period_s);
+    let shift = behind(samples, vec![expected], smoothed, &smoothed.inner)?;
+    (!shift.is_real() || shift.explains() >= EXPLAINS_VELOCITY).then_some(shift)
+}
+
+/// Samples by which a force lies behind the motion that it causes.
+fn force(machine: &Machine, smoothed: &Smoothed, signal: Signal) -> Option<f64> {
+    let samples = smoothed.signal(signal)?;
+    let columns = smoothed.motion_columns(&smoothed.moving);
+    let mut all = columns.others;
+    all.push(columns.acceleration);
+    let basis = Basis::of(all);
+    let mut shift = shift_of(samples, &basis, smoothed, &smoothed.moving)?;
+    let explains = shift.explains() >= EXPLAINS_FORCE;
+    if matches!(machine.constants().circuit, Circuit::Direct { .. }) {
+        shift.samples += STAIRCASE;
+    }
+    (shift.is_real() && explains).then_some(shift.samples)
+}
+
+/// The load's sensor behind the axis' own.
+fn load(smoothed: &Smoothed) -> Option<Late> {
+    let samples = smoothed.signal(Signal::LoadPosition)?;
+    let position = smoothed.signal(Signal::Position)?.to_vec();
+    let shift = behind(samples, vec![position], smoothed, &smoothed.inner)?;
+    let late = shift.is_real() && shift.samples > 0.0 && shift.explains() >= EXPLAINS_VELOCITY;
+    late.then_some(Late { signal: Signal::LoadPosition, samples: shift.samples, what: What::Load })
+}
+
+/// A signal behind a combination of others and a constant.
+fn behind(samples: &[f64], others: Vec<Vec<f64>>, smoothed: &Smoothed, at: &[usize]) -> Option<Shift> {
+    let picked = others.iter().map(|other| at.iter().map(|k| other[*k]).collect());
+    let basis = Basis::of(std::iter::once(vec![1.0; at.len()]).chain(picked));
+    shift_of(samples, &basis, smoothed, at)
+}
+
+fn shift_of(samples: &[f64], basis: &Basis, smoothed: &Smoothed, at: &[usize]) -> Option<Shift> {
+    let later =
+        |shift: isize| at.iter().map(|k| samples[k.saturating_add_signed(shift)]).collect::<Vec<f64>>();
+    Shift::find(smoothed.most_shift, spread(&later(0)), |shift| basis.residual(later(shift)))
+}
+
+/// One value for a channel where its runs agree, so that they are told as one.
+pub fn consensus<'a>(runs: impl Iterator<Item = &'a [Late]>) -> Vec<Vec<Late>> {
+    let mut runs: Vec<Vec<Late>> = runs.map(<[Late]>::to_vec).collect();
+    let all: Vec<Late> = runs.iter().flatten().cloned().collect();
+    for late in runs.iter_mut().flatten() {
+        let same = |other: &&Late| other.signal == late.signal && other.what == late.what;
+        let mut samples: Vec<f64> = all.iter().filter(same).map(|other| other.samples).collect();
+        samples.sort_by(f64::total_cmp);
+        let median = samples[samples.len() / 2];
+        if (late.samples - median).abs() <= AGREE_SAMPLES {
+            late.samples = median;
+        }
+    }
+    runs
+}
+
+impl Late {
+    /// What to say of it.
+    pub fn finding(&self, run: &Run) -> Finding {
+        let name = |signal: Signal| signal.word(run.motion());
+        let word = name(self.signal);
+        let time = engineering(self.samples * run.sample_period_s(), "s");
+        let by = format!("{:.1} samples ({time})", self.samples);
+        let rows = match self.samples.round() {
+            rows if rows <= 1.0 => "one row".to_owned(),
+            rows => format!("{rows} rows"),
+        };
+        let remedy = format!("Move its column up by {rows}, or log it without the delay.");
+        let message = match self.what {
+            What::Force => format!(
+                "The {word} channel lies {by} behind the motion that it causes: a delay of that channel, not of \
+                 the loop. {remedy}"
+            ),
+            What::Velocity => format!(
+                "The velocity channel lies {by} behind the estimate from the position that the machine states: \
+                 a delay or a filter of that channel, not of the loop. {remedy}"
+            ),
+            What::VelocityAhead => format!(
+                "The velocity channel lies {by} ahead of the estimate from the position that the machine states: \
+                 it is another estimate than the controller's. Correct [encoder] velocity in machine.toml, or take \
+                 the column out."
+            ),
+            What::Input => format!(
+                "The {word} channel lies {by} behind what the control law acted on: a delay of that channel, \
+                 not of the loop. {remedy}"
+            ),
+            What::Effort { or_velocity_estimate } => {
+                let or = if or_velocity_estimate {
+                    " (a velocity estimate that much slower than stated would look alike)"
+                } else {
+                    ""
+                };
+                format!(
+                    "The control effort channel lies {by} behind what the control law commands from the logged \
+                     reference and position: a delay of that channel, not of the loop{or}. {remedy}"
+                )
+            }
+            What::EffortOr(other) => format!(
+                "The control effort channel lies {by} behind what the control law commands from the logged \
+                 reference and position, or the {} channel is late: the signals logged do not tell which. It is \
+                 no delay of the loop.",
+                name(other)
+            ),
+            What::Position => format!(
+                "The position channel lies {by} behind force and velocity alike: a delay of that channel, not \
+                 of the loop. {remedy}"
+            ),
+            What::Undecided => format!(
+                "The position lies {by} behind the force that moves it: that channel is late, or something \
+                 yields between motor and sensor; without a control effort that fits the law the signals logged \
+                 do not tell which."
+            ),
+            What::Load => format!(
+                "The load position lies {by} behind the position: that channel is late, or something yields \
+                 between motor and load."
+            ),
+        };
+        if self.what == What::Undecided || self.what == What::Load {
+            return Finding::note(run.name(), Check::ChannelDelay, message);
+        }
+        Finding::warning(run.name(), Check::ChannelDelay, message)
+    }
+}
