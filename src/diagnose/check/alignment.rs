@@ -41,8 +41,9 @@ pub struct Late {
 enum What {
     /// Behind what the control law commands; with whether a slower velocity estimate would look alike.
     Effort { or_velocity_estimate: bool },
-    /// The readings, or the reference, behind what the control law acted on.
-    Input,
+    /// The readings, or the reference, behind what the control law acted on; with whether a quicker velocity
+    /// estimate would look alike.
+    Input { or_velocity_estimate: bool },
     /// Behind the motion that it causes.
     Force,
     /// Behind the stated estimate from the position.
@@ -61,37 +62,37 @@ enum What {
 
 /// The channels of a run that are late.
 pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
-    let velocity = velocity(machine, smoothed).filter(Shift::is_real);
+    let mut late: Vec<Late> = load(smoothed).into_iter().collect();
     let forces: Vec<(Signal, f64)> = [Signal::Current, Signal::Thrust]
         .into_iter()
         .filter_map(|signal| Some((signal, force(machine, smoothed, signal)?)))
+        .filter(|(_, shift)| shift.is_real() && shift.explains() >= EXPLAINS_FORCE)
+        .map(|(signal, shift)| (signal, shift.samples))
         .collect();
-    let stated = law(machine, smoothed, VelocitySource::Stated);
-    // Where the law fits better with the velocity as logged, the estimate is another than stated, and not late.
-    let other_estimate = velocity.is_some() && {
-        let logged = law(machine, smoothed, VelocitySource::Logged);
-        logged.says == Says::InTime && logged.beats(&stated)
-    };
-    let mut late: Vec<Late> = load(smoothed).into_iter().collect();
+    let (loop_says, mut velocity) = loop_and_velocity(machine, smoothed);
     // By how much the position itself is late, where that is known.
-    let position = match &stated.says {
-        _ if other_estimate => Some(0.0),
+    let position = match &loop_says {
         Says::InTime => Some(0.0),
         Says::Late(channels) => {
-            let ahead = forces.iter().any(|(_, samples)| *samples <= -LEAST_SAMPLES);
             let logged = velocity.is_none() && smoothed.signal(Signal::Velocity).is_some();
-            let found = of_law(channels, ahead, logged);
-            let samples = if found.signal == Signal::Position { found.samples } else { 0.0 };
-            late.push(found);
+            let found = of_law(channels, logged, |samples| witness(machine, smoothed, samples));
+            let samples = match &found {
+                Some(found) if found.signal == Signal::Position => found.samples,
+                _ => 0.0,
+            };
+            if found.is_none() {
+                // Not the position, then: law and velocity share another estimate than the stated one.
+                velocity = None;
+            }
+            late.extend(found);
             Some(samples)
         }
         Says::Silent => None,
     };
-    let velocity = velocity.filter(|_| !other_estimate).map(|shift| shift.samples);
     let first = forces.iter().map(|(_, samples)| *samples).fold(0.0, f64::min);
     if position.is_none() && first <= -LEAST_SAMPLES {
-        let witness = velocity.is_some_and(|velocity| (velocity - first).abs() <= LEAST_SAMPLES);
-        let what = if witness { What::Position } else { What::Undecided };
+        let agrees = velocity.is_some_and(|velocity| (velocity - first).abs() <= LEAST_SAMPLES);
+        let what = if agrees { What::Position } else { What::Undecided };
         late.push(Late { signal: Signal::Position, samples: -first, what });
         return late;
     }
@@ -108,15 +109,57 @@ pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
     late
 }
 
-/// The channel that the law finds late; `ahead`: forces lie ahead of the motion, `logged`: the logged velocity
-/// is the stated estimate.
-fn of_law(channels: &[(Signal, Shift)], ahead: bool, logged: bool) -> Late {
+/// What the control law says, and the samples by which the velocity lies behind its estimate.
+fn loop_and_velocity(machine: &Machine, smoothed: &Smoothed) -> (Says, Option<f64>) {
+    let velocity = velocity(machine, smoothed).filter(Shift::is_real).map(|shift| shift.samples);
+    let stated = law(machine, smoothed, VelocitySource::Stated);
+    if velocity.is_some() {
+        // Where the law fits better with the velocity as logged, the estimate is another than stated, not late.
+        let logged = law(machine, smoothed, VelocitySource::Logged);
+        if logged.says == Says::InTime && logged.beats(&stated) {
+            return (Says::InTime, None);
+        }
+    }
+    (stated.says, velocity)
+}
+
+/// What the forces say of a position that would be late by so many samples: they would lie ahead of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Witness {
+    For,
+    Against,
+    Silent,
+}
+
+fn witness(machine: &Machine, smoothed: &Smoothed, samples: f64) -> Witness {
+    let direct = matches!(machine.constants().circuit, Circuit::Direct { .. });
+    let channels = [Some(Signal::Current), Some(Signal::Thrust), direct.then_some(Signal::ControlEffort)];
+    let shifts = channels.into_iter().flatten().filter_map(|signal| force(machine, smoothed, signal));
+    let known: Vec<f64> =
+        shifts.filter(|shift| shift.standard_error < 0.25 * samples).map(|shift| shift.samples).collect();
+    match known.iter().copied().fold(f64::INFINITY, f64::min) {
+        ahead if ahead <= -0.5 * samples => Witness::For,
+        f64::INFINITY => Witness::Silent,
+        _ => Witness::Against,
+    }
+}
+
+/// The channel that the law finds late, if the forces agree; `logged`: the logged velocity is the stated estimate.
+fn of_law(channels: &[(Signal, Shift)], logged: bool, ask: impl Fn(f64) -> Witness) -> Option<Late> {
     let find = |signal| channels.iter().find(|(s, _)| *s == signal).map(|(_, shift)| shift.samples);
     let [effort, position, reference] =
         [Signal::ControlEffort, Signal::Position, Signal::PositionReference].map(find);
-    let late = |signal, samples: f64, what| Late { signal, samples, what };
+    // A velocity estimate quicker than stated looks like a late position, to the law but not to the forces.
+    let position = position.map(|samples| (samples, ask(samples)));
+    let position = position.filter(|(_, witness)| *witness != Witness::Against);
+    let late = |signal, samples: f64, what| Some(Late { signal, samples, what });
     match (effort, position, reference) {
-        (_, Some(samples), _) if ahead => late(Signal::Position, samples, What::Input),
+        (None, Some((samples, Witness::Silent)), _) => {
+            late(Signal::Position, samples, What::Input { or_velocity_estimate: !logged })
+        }
+        (None, Some((samples, _)), _) | (_, Some((samples, Witness::For)), _) => {
+            late(Signal::Position, samples, What::Input { or_velocity_estimate: false })
+        }
         (Some(samples), Some(_), _) => late(Signal::ControlEffort, samples, What::EffortOr(Signal::Position)),
         (Some(samples), None, Some(_)) => {
             late(Signal::ControlEffort, samples, What::EffortOr(Signal::PositionReference))
@@ -124,8 +167,10 @@ fn of_law(channels: &[(Signal, Shift)], ahead: bool, logged: bool) -> Late {
         (Some(samples), None, None) => {
             late(Signal::ControlEffort, samples, What::Effort { or_velocity_estimate: !logged })
         }
-        (None, Some(samples), _) => late(Signal::Position, samples, What::Input),
-        (None, None, samples) => late(Signal::PositionReference, samples.unwrap_or(0.0), What::Input),
+        (None, None, Some(samples)) => {
+            late(Signal::PositionReference, samples, What::Input { or_velocity_estimate: false })
+        }
+        (None, None, None) => None,
     }
 }
 
@@ -138,19 +183,18 @@ fn velocity(machine: &Machine, smoothed: &Smoothed) -> Option<Shift> {
     (!shift.is_real() || shift.explains() >= EXPLAINS_VELOCITY).then_some(shift)
 }
 
-/// Samples by which a force lies behind the motion that it causes.
-fn force(machine: &Machine, smoothed: &Smoothed, signal: Signal) -> Option<f64> {
+/// A force behind the motion that it causes.
+fn force(machine: &Machine, smoothed: &Smoothed, signal: Signal) -> Option<Shift> {
     let samples = smoothed.signal(signal)?;
     let columns = smoothed.motion_columns(&smoothed.moving);
     let mut all = columns.others;
     all.push(columns.acceleration);
     let basis = Basis::of(all);
     let mut shift = shift_of(samples, &basis, smoothed, &smoothed.moving)?;
-    let explains = shift.explains() >= EXPLAINS_FORCE;
     if matches!(machine.constants().circuit, Circuit::Direct { .. }) {
         shift.samples += STAIRCASE;
     }
-    (shift.is_real() && explains).then_some(shift.samples)
+    Some(shift)
 }
 
 /// The load's sensor behind the axis' own.
@@ -217,9 +261,14 @@ impl Late {
                  it is another estimate than the controller's. Correct [encoder] velocity in machine.toml, or take \
                  the column out."
             ),
-            What::Input => format!(
+            What::Input { or_velocity_estimate } => format!(
                 "The {word} channel lies {by} behind what the control law acted on: a delay of that channel, \
-                 not of the loop. {remedy}"
+                 not of the loop{}. {remedy}",
+                if or_velocity_estimate {
+                    " (a velocity estimate quicker than stated would look alike)"
+                } else {
+                    ""
+                }
             ),
             What::Effort { or_velocity_estimate } => {
                 let or = if or_velocity_estimate {

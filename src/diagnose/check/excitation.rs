@@ -1,5 +1,6 @@
 //! Does the motion of the training runs determine mass, friction and weight?
 
+use super::super::experiment::Experiment;
 use super::inertia::{FORCE, Inertia};
 use super::smoothed::Smoothed;
 use super::{Check, Finding};
@@ -15,10 +16,10 @@ const TAKES_PART: f64 = 0.3;
 /// Spread of the speed, in shares of its mean, below which steady motion knows one speed only: viscous friction
 /// then differs by less over the run than Coulomb friction does from day to day.
 const ONE_SPEED: f64 = 0.1;
-/// Share of the peak acceleration below which motion counts as steady.
-const STEADY: f64 = 0.05;
-/// Samples of steady motion that count.
-const LEAST_STEADY: usize = 50;
+/// Change from sample to sample, in shares of the top speed, up to which a reference is steady: rounding.
+const STEADY: f64 = 1e-6;
+/// Share of the motion that must be steady: a swing is so only where it turns.
+const MOSTLY: f64 = 0.5;
 /// Standard errors that a mass must be from zero: below, its 95 % interval is wider than ±20 %, and any payload
 /// hides in it.
 const LEAST_SIGNIFICANCE: f64 = 10.0;
@@ -26,7 +27,7 @@ const LEAST_SIGNIFICANCE: f64 = 10.0;
 const SAMPLES: usize = 20_000;
 
 /// What the training runs together leave open.
-pub fn excitation(machine: &Machine, runs: &[&Smoothed]) -> Vec<Finding> {
+pub fn excitation(machine: &Machine, training: &[Experiment], runs: &[&Smoothed]) -> Vec<Finding> {
     let total: usize = runs.iter().map(|run| run.moving.len()).sum();
     let every = total.div_ceil(SAMPLES).max(1);
     let motion: Vec<[f64; 2]> = runs
@@ -34,35 +35,38 @@ pub fn excitation(machine: &Machine, runs: &[&Smoothed]) -> Vec<Finding> {
         .flat_map(|run| run.moving.iter().step_by(every).map(|k| [run.acceleration[*k], run.velocity[*k]]))
         .collect();
     let both = motion.iter().any(|[_, v]| *v > 0.0) && motion.iter().any(|[_, v]| *v < 0.0);
-    let mut findings: Vec<Finding> =
-        [one_speed(&motion), no_inertia(machine, runs)].into_iter().flatten().collect();
-    if findings.is_empty() {
-        findings.extend(inseparable(&motion, both));
-    }
-    findings
+    let speeds = |run: &Experiment| run.recorded().commands().iter().map(|c| c.velocity_reference).collect();
+    let references: Vec<Vec<f64>> = training.iter().map(speeds).collect();
+    let found = no_inertia(machine, runs).or_else(|| one_speed(&references));
+    found.or_else(|| inseparable(&motion, both)).into_iter().collect()
 }
 
 fn warning(message: impl Into<String>) -> Finding {
     Finding::warning("", Check::WeakExcitation, message)
 }
 
-/// Steady motion at one speed only.
-fn one_speed(motion: &[[f64; 2]]) -> Option<Finding> {
-    let hardest = motion.iter().fold(0.0, |most: f64, [a, _]| most.max(a.abs()));
-    let steady: Vec<f64> =
-        motion.iter().filter(|[a, _]| a.abs() <= STEADY * hardest).map(|[_, v]| v.abs()).collect();
-    if steady.len() < LEAST_STEADY {
+/// References that know one speed only; of reference velocities.
+fn one_speed(references: &[Vec<f64>]) -> Option<Finding> {
+    let fastest = references.iter().flatten().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let moving = references.iter().flatten().filter(|v| **v != 0.0).count();
+    let steady: Vec<f64> = references
+        .iter()
+        .flat_map(|run| run.windows(2))
+        .filter(|pair| pair[1] != 0.0 && (pair[1] - pair[0]).abs() <= STEADY * fastest)
+        .map(|pair| pair[1].abs())
+        .collect();
+    let count = steady.len() as f64;
+    if count < MOSTLY * moving.max(1) as f64 {
         return None;
     }
-    let count = steady.len() as f64;
     let mean = steady.iter().sum::<f64>() / count;
     let spread = (steady.iter().map(|v| (v - mean) * (v - mean)).sum::<f64>() / count).sqrt();
     (spread < ONE_SPEED * mean).then(|| {
         Finding::note(
             "",
             Check::WeakExcitation,
-            "The training runs know one speed only: viscous and Coulomb friction are told apart by the ramps \
-             alone. Record strokes at several feeds.",
+            "The training runs are commanded at one speed only: viscous and Coulomb friction are told apart by \
+             ramps and settling alone. Record strokes at several feeds.",
         )
     })
 }
@@ -142,8 +146,11 @@ mod tests {
 
     #[test]
     fn exact_one_speed_is_noticed_and_two_are_not() {
-        assert!(one_speed(&trapezoids(&[0.1])).is_some());
-        assert!(one_speed(&trapezoids(&[0.1, 0.2])).is_none());
+        let speeds = |list: &[f64]| vec![trapezoids(list).iter().map(|[_, v]| *v).collect::<Vec<f64>>()];
+        assert!(one_speed(&speeds(&[0.1])).is_some());
+        assert!(one_speed(&speeds(&[0.1, 0.2])).is_none());
+        let swing: Vec<f64> = (0..2000).map(|k| (f64::from(k) * 0.01).sin()).collect();
+        assert!(one_speed(&[swing]).is_none() && one_speed(&[vec![0.0; 100]]).is_none());
         assert!(inseparable(&trapezoids(&[0.1, 0.2]), true).is_none());
     }
 

@@ -42,9 +42,9 @@ pub struct Law {
 impl Law {
     const SILENT: Self = Self { says: Says::Silent, left: f64::INFINITY };
 
-    /// Whether this law fits clearly better than another.
+    /// Whether this law fits clearly better than another that is not exact itself.
     pub fn beats(&self, other: &Self) -> bool {
-        self.left * TOLD_APART < other.left.max(EXACT)
+        other.left > EXACT && self.left * TOLD_APART < other.left
     }
 }
 

@@ -108,7 +108,7 @@ pub fn check(machine: &Machine, training: &[Experiment], held_out: &[Experiment]
     }
     findings.extend(travel::of_recording(training));
     let smoothed: Vec<&Smoothed> = looked[..training.len()].iter().map(|look| &look.smoothed).collect();
-    findings.extend(excitation::excitation(machine, &smoothed));
+    findings.extend(excitation::excitation(machine, training, &smoothed));
     findings.extend(missing::missing(&all));
     findings
 }
