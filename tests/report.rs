@@ -374,6 +374,25 @@ fn exact_long_names_are_wrapped() {
 }
 
 #[test]
+fn exact_warnings_come_before_notes_and_the_like_is_counted() {
+    let mut d = diagnosis();
+    let late = |k: usize| Finding {
+        run: format!("run{k}"),
+        check: Check::ChannelDelay,
+        severity: Severity::Warning,
+        message: format!("The current lies {k} samples behind."),
+    };
+    d.checks.extend((0..5).map(late));
+    for report in sliding(&d) {
+        let place = |words: &str| report.find(words).unwrap_or_else(|| panic!("no `{words}` in:\n{report}"));
+        assert!(place("! The effort is at the amplifier's limit") < place("· No load position was logged."));
+        assert!(place("! The current lies 2 samples behind. (run2)") < place("· No load position"));
+        assert!(place("· And the like 2 more times") > place("· No load position"));
+        assert!(!report.contains("lies 3 samples"));
+    }
+}
+
+#[test]
 fn exact_a_turning_axis_is_told_in_its_units() {
     let mut d = diagnosis();
     d.causes[0].parameters =

@@ -7,15 +7,14 @@
 //! A late channel breaks the relations that it is part of and no others. A late *loop* (effort to force) breaks
 //! none of them.
 
+use super::late::{Late, What};
 use super::law::{Says, VelocitySource, estimated, law};
 use super::projection::{Basis, spread};
 use super::shift::{LEAST_SAMPLES, Shift};
 use super::smoothed::Smoothed;
-use super::{Check, Finding};
 use crate::drive::motor::Circuit;
 use crate::machine::Machine;
-use crate::recording::{Run, Signal};
-use crate::units::engineering;
+use crate::recording::Signal;
 
 /// A shift must take away this share of what is unexplained of a velocity: it is computed from the position, so
 /// next to nothing else can be left.
@@ -27,38 +26,6 @@ const EXPLAINS_FORCE: f64 = 0.5;
 const AGREE_SAMPLES: f64 = 0.25;
 /// A staircase acts half a sample after it is commanded.
 const STAIRCASE: f64 = 0.5;
-
-/// A channel of a run that does not lie where it should.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Late {
-    signal: Signal,
-    samples: f64,
-    what: What,
-}
-
-/// How sure it is that this channel is the late one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-enum What {
-    /// Behind what the control law commands; with whether a slower velocity estimate would look alike.
-    Effort { or_velocity_estimate: bool },
-    /// The readings, or the reference, behind what the control law acted on; with whether a quicker velocity
-    /// estimate would look alike.
-    Input { or_velocity_estimate: bool },
-    /// Behind the motion that it causes.
-    Force,
-    /// Behind the stated estimate from the position.
-    Velocity,
-    /// Ahead of the stated estimate from the position.
-    VelocityAhead,
-    /// Behind the force that moves it and the velocity, with no effort to ask.
-    Position,
-    /// Behind the force that moves it, and nothing tells whether the channel or the mechanics is late.
-    Undecided,
-    /// The effort does not fit the law, and two channels explain it alike.
-    EffortOr(Signal),
-    /// Behind the sensor of the axis.
-    Load,
-}
 
 /// The channels of a run that are late.
 pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
@@ -233,77 +200,4 @@ pub fn consensus<'a>(runs: impl Iterator<Item = &'a [Late]>) -> Vec<Vec<Late>> {
         }
     }
     runs
-}
-
-impl Late {
-    /// What to say of it.
-    pub fn finding(&self, run: &Run) -> Finding {
-        let name = |signal: Signal| signal.word(run.motion());
-        let word = name(self.signal);
-        let time = engineering(self.samples * run.sample_period_s(), "s");
-        let by = format!("{:.1} samples ({time})", self.samples);
-        let rows = match self.samples.round() {
-            rows if rows <= 1.0 => "one row".to_owned(),
-            rows => format!("{rows} rows"),
-        };
-        let remedy = format!("Move its column up by {rows}, or log it without the delay.");
-        let message = match self.what {
-            What::Force => format!(
-                "The {word} channel lies {by} behind the motion that it causes: a delay of that channel, not of \
-                 the loop. {remedy}"
-            ),
-            What::Velocity => format!(
-                "The velocity channel lies {by} behind the estimate from the position that the machine states: \
-                 a delay or a filter of that channel, not of the loop. {remedy}"
-            ),
-            What::VelocityAhead => format!(
-                "The velocity channel lies {by} ahead of the estimate from the position that the machine states: \
-                 it is another estimate than the controller's. Correct [encoder] velocity in machine.toml, or take \
-                 the column out."
-            ),
-            What::Input { or_velocity_estimate } => format!(
-                "The {word} channel lies {by} behind what the control law acted on: a delay of that channel, \
-                 not of the loop{}. {remedy}",
-                if or_velocity_estimate {
-                    " (a velocity estimate quicker than stated would look alike)"
-                } else {
-                    ""
-                }
-            ),
-            What::Effort { or_velocity_estimate } => {
-                let or = if or_velocity_estimate {
-                    " (a velocity estimate that much slower than stated would look alike)"
-                } else {
-                    ""
-                };
-                format!(
-                    "The control effort channel lies {by} behind what the control law commands from the logged \
-                     reference and position: a delay of that channel, not of the loop{or}. {remedy}"
-                )
-            }
-            What::EffortOr(other) => format!(
-                "The control effort channel lies {by} behind what the control law commands from the logged \
-                 reference and position, or the {} channel is late: the signals logged do not tell which. It is \
-                 no delay of the loop.",
-                name(other)
-            ),
-            What::Position => format!(
-                "The position channel lies {by} behind force and velocity alike: a delay of that channel, not \
-                 of the loop. {remedy}"
-            ),
-            What::Undecided => format!(
-                "The position lies {by} behind the force that moves it: that channel is late, or something \
-                 yields between motor and sensor; without a control effort that fits the law the signals logged \
-                 do not tell which."
-            ),
-            What::Load => format!(
-                "The load position lies {by} behind the position: that channel is late, or something yields \
-                 between motor and load."
-            ),
-        };
-        if self.what == What::Undecided || self.what == What::Load {
-            return Finding::note(run.name(), Check::ChannelDelay, message);
-        }
-        Finding::warning(run.name(), Check::ChannelDelay, message)
-    }
 }

@@ -9,6 +9,7 @@ mod alignment;
 mod clipping;
 mod excitation;
 mod inertia;
+mod late;
 mod law;
 mod missing;
 mod projection;
@@ -39,7 +40,7 @@ pub enum Check {
     Clipping,
     /// A signal that does not change while the axis is told to move.
     StuckChannel,
-    /// A signal that changes only at every so-manieth sample.
+    /// A signal that was sampled more slowly and held in between.
     HeldChannel,
     /// A reference that never moves.
     NoMotion,
@@ -116,7 +117,7 @@ pub fn check(machine: &Machine, training: &[Experiment], held_out: &[Experiment]
 /// What one run shows.
 struct Look {
     findings: Vec<Finding>,
-    late: Vec<alignment::Late>,
+    late: Vec<late::Late>,
     smoothed: Smoothed,
 }
 

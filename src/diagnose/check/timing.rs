@@ -1,7 +1,7 @@
 //! Samples at an uneven pace. Gaps of more than half a period, repeated and falling time stamps are refused where
 //! a recording is read; this reports what is let through.
 
-use super::{Check, Finding, Severity};
+use super::{Check, Finding};
 use crate::recording::{Run, Timing};
 
 /// Jitter below this share of the period is mentioned nowhere: time stamps are rounded.
@@ -43,19 +43,16 @@ fn jitter(run: &str, timing: &Timing, intervals: usize) -> Option<Finding> {
     }
     let percent = 100.0 * worst;
     let throughout = count as f64 > THROUGHOUT * intervals as f64;
-    let (severity, why) = if throughout {
-        (
-            Severity::Note,
-            "nearly every interval is off, as rounded time stamps are; if it is the clock, the replay, which \
-             assumes an even one, is wrong by that much",
-        )
+    let why = if throughout {
+        "nearly every interval is off, as rounded time stamps are; if it is the clock, the replay, which assumes \
+         an even one, is wrong by that much"
     } else {
-        (Severity::Note, "the replay assumes an even clock")
+        "the replay assumes an even clock"
     };
     let message = format!(
         "Sampling jitter of up to {percent:.1} % of the period ({count} irregular intervals{row}): {why}."
     );
-    Some(Finding::new(run, Check::TimingJitter, severity, message))
+    Some(Finding::note(run, Check::TimingJitter, message))
 }
 
 fn drift(run: &str, timing: &Timing, intervals: usize) -> Option<Finding> {
