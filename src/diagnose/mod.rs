@@ -5,6 +5,7 @@
 
 pub mod check;
 mod conclude;
+pub mod constancy;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
@@ -53,8 +54,9 @@ pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> 
     let mut found = ready.search(options, None)?;
     if !found.candidates[found.chosen].effects().is_empty() {
         // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
-        ready.set_floor(&found.candidates[found.chosen].fit.machine(machine)?)?;
-        found = ready.search(options, Some(&found))?;
+        if ready.set_floor(&found.candidates[found.chosen].fit.machine(machine)?)? {
+            found = ready.search(options, Some(&found))?;
+        }
     }
     if ready.before.mean_square() < 1.0 + evidence::LEAST_EXCESS {
         // The held-out runs show no gap: there is nothing that a cause could explain.
@@ -84,12 +86,16 @@ impl<'a> Ready<'a> {
         Ok(Self { machine, training, held_out, floor, before })
     }
 
-    /// Takes the noise floor of another twin of the same machine.
-    fn set_floor(&mut self, twin: &Machine) -> Result<()> {
+    /// Takes the noise floor of another twin of the same machine; tells whether it is another floor.
+    fn set_floor(&mut self, twin: &Machine) -> Result<bool> {
         let all: Vec<&Experiment> = self.training.iter().chain(&self.held_out).collect();
-        self.floor = Floor::estimate(twin, &all)?;
+        let floor = Floor::estimate(twin, &all)?;
+        if floor.is_like(&self.floor, &self.training) && floor.is_like(&self.floor, &self.held_out) {
+            return Ok(false);
+        }
+        self.floor = floor;
         self.before = Score::of(self.machine, &self.held_out, &self.floor)?;
-        Ok(())
+        Ok(true)
     }
 
     fn search(&self, options: &Options, earlier: Option<&Found>) -> Result<Found> {
@@ -114,6 +120,12 @@ impl<'a> Ready<'a> {
         let causes = conclude::causes(found, &self.before);
         let improved = chosen.fit.machine(self.machine)?;
         let predicted = self.predicted_closed(&chosen.fit)?;
+        let constants = constancy::constants(self.machine, &chosen.fit, &self.held_out, &self.floor)?;
+        if std::env::var_os("DBG").is_some() {
+            for c in &constants {
+                eprintln!("      {} {:.5e} ± {:.1e} / {:.5e} ± {:.1e}: z {:.1} change {:.4}", c.path, c.training.0, c.training.1, c.held_out.0, c.held_out.1, c.deviation(), c.change());
+            }
+        }
         let gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],

@@ -34,6 +34,10 @@ const OVERSAMPLING: f64 = 5.0;
 const MOST_SAMPLES: usize = 2500;
 /// The smoothing of the missing force passes changes up to about this frequency, in Hz.
 const PASSED_HZ: f64 = 80.0;
+/// Pitches are harmonics of each other within this share.
+const SAME_PITCH: f64 = 0.1;
+/// Share of what a pitch explains that its harmonic must explain to stand for it.
+const AS_MUCH: f64 = 0.9;
 /// A pitch is a peak if no better one lies this many grid points around it.
 const PEAK_WIDTH: usize = 4;
 
@@ -68,8 +72,16 @@ pub fn pitches(
     };
     let mut peaks: Vec<usize> = (0..found.len()).filter(|&k| is_peak(k)).collect();
     peaks.sort_by(|&a, &b| found[b].1.total_cmp(&found[a].1));
+    // A pitch whose harmonic explains as much is that harmonic's, counted twice.
+    let doubled = |k: usize| {
+        peaks.iter().any(|&j| {
+            (found[j].0 / found[k].0 - 2.0).abs() < SAME_PITCH && found[j].1 > AS_MUCH * found[k].1
+        })
+    };
     peaks
-        .into_iter()
+        .iter()
+        .copied()
+        .filter(|&k| !doubled(k))
         .take(most)
         .map(|k| Pitch { period: 1.0 / found[k].0, coefficients: found[k].2.clone() })
         .collect()
