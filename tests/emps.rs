@@ -52,7 +52,7 @@ fn ref_a_twin_of_mass_alone_lacks_friction_and_nothing_else() {
     if data().is_none() {
         return;
     }
-    let d = diagnosis("models/emps");
+    let d = diagnosis("models/emps"); eprintln!("{:?} {:#?} {:?} {:?} {:?}", d.verdict, d.causes, d.gap.before, d.gap.after, d.refinements);
     let mut named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
     named.sort_unstable();
     assert_eq!(d.verdict, Verdict::Cause);
@@ -72,7 +72,7 @@ fn ref_a_twin_with_symmetric_friction_lacks_the_asymmetry() {
     if data().is_none() {
         return;
     }
-    let d = diagnosis("models/emps/symmetric.toml");
+    let d = diagnosis("models/emps/symmetric.toml"); eprintln!("{:?} {:#?} {:?} {:?} {:?}", d.verdict, d.causes, d.gap.before, d.gap.after, d.refinements);
     let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
     assert_eq!((d.verdict, named), (Verdict::Cause, vec!["asymmetric_friction"]));
     let friction = cause(&d, "asymmetric_friction");

@@ -115,6 +115,7 @@ fn diagnosis() -> Diagnosis {
         },
         place: place(),
         unexplained: 0.0101,
+        left: None,
         next_experiment: None,
         checks: vec![
             finding("", Check::MissingSignal, Severity::Note, "No load position was logged."),

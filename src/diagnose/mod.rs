@@ -5,7 +5,7 @@
 
 pub mod check;
 mod conclude;
-pub mod constancy;
+pub mod cut;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
@@ -14,7 +14,9 @@ mod locate;
 pub mod motion;
 pub mod noise;
 pub mod proposals;
+mod segment;
 pub mod selection;
+pub mod shape;
 pub mod verdict;
 
 pub use verdict::{Diagnosis, Verdict};
@@ -72,6 +74,8 @@ struct Ready<'a> {
     held_out: Vec<Experiment>,
     floor: Floor,
     before: Score,
+    /// Stretches of the signal path that show no gap of their own.
+    clean: Vec<cut::Cut>,
 }
 
 impl<'a> Ready<'a> {
@@ -83,7 +87,8 @@ impl<'a> Ready<'a> {
         let all: Vec<&Experiment> = training.iter().chain(&held_out).collect();
         let floor = Floor::estimate(machine, &all)?;
         let before = Score::of(machine, &held_out, &floor)?;
-        Ok(Self { machine, training, held_out, floor, before })
+        let clean = cut::clean(machine, &training)?;
+        Ok(Self { machine, training, held_out, floor, before, clean })
     }
 
     /// Takes the noise floor of another twin of the same machine; tells whether it is another floor.
@@ -102,6 +107,7 @@ impl<'a> Ready<'a> {
         let constants = self.machine.constants();
         let applies = |effect: &EffectId| effect.applies(&constants);
         let catalogue: Vec<EffectId> = options.catalogue.iter().copied().filter(applies).collect();
+        let catalogue = cut::left(&catalogue, &self.clean, &self.training);
         let search = Search {
             machine: self.machine,
             training: &self.training,
@@ -120,12 +126,6 @@ impl<'a> Ready<'a> {
         let causes = conclude::causes(found, &self.before);
         let improved = chosen.fit.machine(self.machine)?;
         let predicted = self.predicted_closed(&chosen.fit)?;
-        let constants = constancy::constants(self.machine, &chosen.fit, &self.held_out, &self.floor)?;
-        if std::env::var_os("DBG").is_some() {
-            for c in &constants {
-                eprintln!("      {} {:.5e} ± {:.1e} / {:.5e} ± {:.1e}: z {:.1} change {:.4}", c.path, c.training.0, c.training.1, c.held_out.0, c.held_out.1, c.deviation(), c.change());
-            }
-        }
         let gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
@@ -136,6 +136,11 @@ impl<'a> Ready<'a> {
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate(self.machine, &self.held_out, &self.floor)?;
         conclude::sites(&mut place, &causes, unexplained);
+        let left = match verdict {
+            Verdict::NoGap => None,
+            _ if chosen.score.gap() <= selection::ADEQUATE_GAP => None,
+            _ => Some(shape::shape(&improved, &self.held_out, &self.floor)?),
+        };
         let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
@@ -148,6 +153,7 @@ impl<'a> Ready<'a> {
             gap,
             place,
             unexplained,
+            left,
             next_experiment: None,
             checks: check::check(self.machine, &self.training, &self.held_out),
             data: verdict::Data {

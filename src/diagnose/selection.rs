@@ -354,7 +354,8 @@ impl Found {
 
     /// Log-likelihood less the price of the effects.
     fn merit(&self, index: usize) -> f64 {
-        self.likelihood(index) - price(self.candidates[index].effects())
+        let candidate = &self.candidates[index];
+        self.likelihood(index) - price(candidate.effects()) - candidate.fit.strain()
     }
 
     fn is_adequate(&self, index: usize) -> bool {
@@ -399,7 +400,13 @@ impl Found {
                     && away > 1.96 * fit.standard_errors[k]
             })
         };
-        fit.hypothesis.effects.iter().all(resolved)
+        // A number that went to the end of where a fit may look is no finding (none at all is: zero).
+        let runs_off = fit.hypothesis.free.iter().zip(&fit.values).any(|(free, &value)| {
+            let edge = 1e-6 * (free.range.1 - free.range.0);
+            let low = free.range.0 != 0.0 && value - free.range.0 < edge;
+            free.freedom == Freedom::Cause && !free.held && (low || free.range.1 - value < edge)
+        });
+        !runs_off && fit.hypothesis.effects.iter().all(resolved)
     }
 
     /// Whether a law that generalises others beats every set of those others that was looked at: if it does not,
@@ -488,7 +495,7 @@ fn posterior(found: &Found, before: &Score) -> Vec<f64> {
                     return f64::NEG_INFINITY;
                 }
                 let likelihood: f64 = block.iter().zip(&weights).map(|(l, w)| l * w).sum();
-                likelihood - price(candidate.effects())
+                likelihood - price(candidate.effects()) - candidate.fit.strain()
             })
             .collect();
         let most = merits.iter().copied().fold(f64::MIN, f64::max);

@@ -24,6 +24,8 @@ pub struct Pitch {
     pub period: f64,
     /// Coefficients of the columns at this pitch.
     pub coefficients: Vec<f64>,
+    /// Share of the target's mean square, base taken out, that they explain.
+    pub share: f64,
 }
 
 /// Pitches tried at most.
@@ -49,8 +51,8 @@ const PEAK_WIDTH: usize = 4;
 /// pitches.
 ///
 /// # Validity
-/// Pitches from those that pass at [`PASSED_HZ`] at slow speed up to the travel itself; a longer one is not told from
-/// a spring.
+/// Pitches from those that pass at [`PASSED_HZ`] at slow speed up to half the travel: a longer one is not told from
+/// friction and springs.
 ///
 /// # Source
 /// Lomb (1976), least-squares frequency analysis, over position instead of time.
@@ -83,7 +85,11 @@ pub fn pitches(
         .copied()
         .filter(|&k| !doubled(k))
         .take(most)
-        .map(|k| Pitch { period: 1.0 / found[k].0, coefficients: found[k].2.clone() })
+        .map(|k| Pitch {
+            period: 1.0 / found[k].0,
+            coefficients: found[k].2.clone(),
+            share: found[k].1 / grid.rest.norm_squared().max(f64::MIN_POSITIVE),
+        })
         .collect()
 }
 
@@ -175,7 +181,7 @@ fn frequencies(moments: &[Moment]) -> Option<Vec<f64>> {
     if !(travel > 0.0 && slow > 0.0) {
         return None;
     }
-    let (from, to) = (1.0 / travel, PASSED_HZ / slow);
+    let (from, to) = (2.0 / travel, PASSED_HZ / slow);
     let count = ((to - from) * OVERSAMPLING * travel).clamp(1.0, MOST_PITCHES as f64) as usize;
     // Where the grid is cut short it keeps its resolution: the longest pitches are the likeliest.
     Some((0..count).map(|k| from + k as f64 / (OVERSAMPLING * travel)).collect())

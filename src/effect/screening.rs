@@ -91,9 +91,10 @@ impl Screen {
         self.position.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)))
     }
 
-    /// Pitches that a fit may look for: from a thousandth of the travel to twice the travel.
+    /// Pitches that a fit may look for: from a thousandth of the travel to half of it. A pitch of which less than two
+    /// periods are travelled is not told from friction and springs.
     pub fn period_range(&self) -> (f64, f64) {
-        (1e-3 * self.travel(), 2.0 * self.travel())
+        (1e-3 * self.travel(), 0.5 * self.travel())
     }
 
     /// The voltage that the largest motor effort takes at standstill.
