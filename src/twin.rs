@@ -144,6 +144,8 @@ impl Laws {
     }
 }
 
+/// Readings that change less with position than this do not tell it.
+const LEAST_SLOPE: f64 = 1e-3;
 /// Fixed-point steps with which a reading is traced back to a position.
 const MOST_INVERSIONS: usize = 12;
 
@@ -236,6 +238,27 @@ impl<P: Plant> Twin<P> {
         moving.transmitted.fill(motor);
         moving.load_zero = 0.0;
         moving.forces = [0.0; 2];
+    }
+
+    /// Goes on where the encoder shows `position` with a velocity; base, current, voltages under way, friction and
+    /// the place inside every play stay as they are.
+    pub fn restart(&mut self, position: f64, velocity: f64) {
+        let (now, end) = (self.plant.position(), self.encoder.end);
+        let shown = |motor: f64| {
+            let mut memory: Vec<f64> = self.moving.transmitted.iter().map(|m| m + motor - now).collect();
+            let load = self.laws.transmit(motor, &mut memory);
+            self.laws.read(if end == End::Motor { motor } else { load })
+        };
+        let slope = shown(now + 1.0) - shown(now);
+        let slope = if slope.abs() > LEAST_SLOPE { slope } else { 1.0 };
+        let motor = (0..MOST_INVERSIONS).fold(now, |motor, _| motor + (position - shown(motor)) / slope);
+        let travel = self.period_s * velocity;
+        let local = (shown(motor + travel) - shown(motor)) / travel;
+        let local = if local.abs() > LEAST_SLOPE { local } else { slope };
+        let jump = [position - shown(now), velocity - self.plant.velocity() * local];
+        self.plant.relocate(motor, velocity / local);
+        self.moving.velocity = self.moving.velocity.shifted(jump[0], jump[1], self.period_s);
+        self.moving.transmitted.iter_mut().for_each(|load| *load += motor - now);
     }
 
     /// Sets the zero of the second sensor by what it shows at the start.

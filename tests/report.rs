@@ -111,6 +111,7 @@ fn diagnosis() -> Diagnosis {
         place: place(),
         unexplained: 0.0101,
         next_experiment: None,
+        not_examined: Vec::new(),
         checks: vec![
             finding("a", clipped),
             finding("b", clipped),

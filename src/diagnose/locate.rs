@@ -1,49 +1,40 @@
 //! Where the gap lies: by segment of the signal path, phase of the motion, frequency, position and speed.
 
 use super::experiment::Experiment;
-use super::motion::Motion;
 use super::noise::Floor;
+use super::segments::segments;
 use super::verdict::{Band, Share, Where};
-use crate::controller::Input;
-use crate::drive::amplifier::SplitDelay;
-use crate::drive::motor::CircuitStep;
-use crate::effect::Constants;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
-use crate::sensor::VelocityMemory;
 use crate::twin::Sensing;
 use realfft::RealFftPlanner;
 
 /// Localises the gap of the twin as it is on the held-out runs.
 ///
 /// # Model
-/// *Segments.* The path is cut at every logged signal. Each segment is replayed alone, from its measured input to
-/// its measured output, and its residual is expressed as a force at the moving part: the controller from
-/// reference and position to effort, the drive from effort to current, the mechanics from force to motion
-/// (inverse dynamics). Shares are mean squares of those forces.
+/// *Segments.* The path is cut at every logged signal, see [`segments`](super::segments::segments). `machines` are the
+/// twin as it is and the twin with what was found, which tells what noise alone leaves.
 ///
 /// *Phase, frequency, position, speed.* Shares of the squared normalised residual of the free-run replay.
 ///
 /// # Errors
 /// Whatever a replay refuses.
-pub fn locate(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Result<Where> {
+pub fn locate(machines: [&Machine; 2], experiments: &[Experiment], floor: &Floor) -> Result<Where> {
     let mut energy = Energy::default();
-    let mut segments = Segments::default();
     let span = Span::of(experiments);
     for experiment in experiments {
-        let predicted = experiment.predict(machine, Sensing::Perfect)?;
+        let predicted = experiment.predict(machines[0], Sensing::Perfect)?;
         let phases = phases(experiment);
         let position = experiment.run().require(Signal::Position)?;
         for &signal in experiment.signals() {
             let residual = floor.normalised(experiment, signal, &predicted);
             energy.add(&residual, &phases, position, experiment, &span);
         }
-        segments.add(experiment, machine)?;
     }
     Ok(Where {
         site: Vec::new(),
-        segment: segments.shares(),
+        segment: segments(machines, experiments, floor)?,
         phase: shares(&PHASES, &energy.phase),
         frequency_hz: bands(&frequency_edges(experiments), &energy.frequency),
         position: bands(&span.position_edges(), &energy.position),
@@ -214,103 +205,4 @@ fn bands(edges: &[f64], energy: &[f64]) -> Vec<Band> {
         .zip(energy)
         .map(|(w, e)| Band { from: w[0], to: w[1], share: if total > 0.0 { e / total } else { 0.0 } })
         .collect()
-}
-
-/// Mean squares of the segments' residual forces.
-#[derive(Default)]
-struct Segments {
-    controller: Vec<f64>,
-    drive: Vec<f64>,
-    mechanics: Vec<f64>,
-    drive_is_apart: bool,
-}
-
-impl Segments {
-    fn add(&mut self, experiment: &Experiment, machine: &Machine) -> Result<()> {
-        let machine = experiment.machine(machine)?;
-        let constants = machine.constants();
-        let force_per_volt = constants.force_per_volt();
-        if let Some(residual) = controller_residual(experiment, &machine) {
-            self.controller.push(mean_square(&residual) * force_per_volt * force_per_volt);
-        }
-        if let Some(residual) = drive_residual(experiment, &constants) {
-            self.drive_is_apart = true;
-            self.drive.push(mean_square(&residual));
-        }
-        self.mechanics.push(mean_square(&Motion::of(experiment, &machine)?.missing_force));
-        Ok(())
-    }
-
-    fn shares(&self) -> Vec<Share> {
-        let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len().max(1) as f64;
-        let (controller, drive, mechanics) =
-            (mean(&self.controller), mean(&self.drive), mean(&self.mechanics));
-        if controller + drive + mechanics == 0.0 {
-            return Vec::new(); // no segment has both its ends logged
-        }
-        if self.drive_is_apart {
-            let names = ["controller", "amplifier+motor", "guide+structure+sensor"];
-            shares(&names, &[controller, drive, mechanics])
-        } else {
-            shares(&["controller", "amplifier+motor+guide+structure+sensor"], &[controller, mechanics])
-        }
-    }
-}
-
-fn mean_square(samples: &[f64]) -> f64 {
-    samples.iter().map(|x| x * x).sum::<f64>() / samples.len().max(1) as f64
-}
-
-/// Measured effort less what the controller computes from measured reference and position, in V.
-fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option<Vec<f64>> {
-    let run = experiment.run();
-    let (effort, position) = (run.signal(Signal::ControlEffort)?, run.signal(Signal::Position)?);
-    let constants = machine.constants();
-    let (controller, estimate) = (constants.controller.as_ref()?, &constants.velocity);
-    let (period, start) = (run.sample_period_s(), experiment.recorded().start());
-    let mut velocity = VelocityMemory::moving(start.position, start.velocity, period);
-    let mut memory = None;
-    let residual = experiment.recorded().commands().iter().enumerate().map(|(k, command)| {
-        let input = Input {
-            position_reference: command.position_reference,
-            velocity_reference: command.velocity_reference,
-            position: position[k],
-            velocity: estimate.update(&mut velocity, position[k], period),
-        };
-        let memory = memory
-            .get_or_insert_with(|| controller.memory_for(effort[k] - command.disturbance_v, input, period));
-        effort[k] - command.disturbance_v - controller.effort_v(memory, input, period)
-    });
-    Some(residual.collect())
-}
-
-/// Measured motor effort less what the drive's model makes of the measured voltage, in N or N·m.
-fn drive_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
-    let run = experiment.run();
-    let effort = run.signal(Signal::ControlEffort)?;
-    let period = run.sample_period_s();
-    let delay = SplitDelay::new(constants.amplifier.delay_s, period);
-    let steps =
-        [delay.fraction, 1.0 - delay.fraction].map(|f| CircuitStep::new(&constants.circuit, f * period));
-    let (kt, winding) = (steps[0].effort_constant(), steps[0].has_current());
-    let measured: Vec<f64> = match (run.signal(Signal::Current), run.signal(Signal::Thrust)) {
-        (Some(current), _) if winding => current.iter().map(|i| i * kt).collect(),
-        (_, Some(thrust)) => thrust.to_vec(),
-        _ => return None,
-    };
-    let position = run.signal(Signal::Position)?;
-    let applied = |k: usize, back: usize| constants.amplifier.output_v(effort[k.saturating_sub(back)]);
-    let mut current = measured[0] / kt;
-    let modelled = (0..effort.len()).map(|k| {
-        let velocity = if k == 0 { 0.0 } else { (position[k] - position[k - 1]) / period };
-        let voltages = [applied(k, delay.periods + 1), applied(k, delay.periods)];
-        let now = if winding { current } else { voltages[usize::from(delay.fraction == 0.0)] };
-        if winding {
-            for (step, voltage) in steps.iter().zip(voltages).filter(|(step, _)| step.duration_s() > 0.0) {
-                step.advance(&mut current, voltage, velocity);
-            }
-        }
-        now * kt
-    });
-    Some(measured.iter().zip(modelled).map(|(m, p)| m - p).collect())
 }

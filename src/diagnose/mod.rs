@@ -10,10 +10,13 @@ pub mod experiment;
 pub mod fit;
 pub mod hypothesis;
 mod locate;
+mod measured;
 pub mod motion;
 pub mod noise;
+mod segments;
 pub mod selection;
 pub mod verdict;
+pub mod visibility;
 
 pub use verdict::{Diagnosis, Verdict};
 
@@ -26,6 +29,7 @@ use experiment::Experiment;
 use fit::fit;
 use noise::Floor;
 use selection::{Found, Search};
+use visibility::View;
 
 /// What a diagnosis may name, and who is told how it goes on.
 pub struct Options<'a> {
@@ -49,6 +53,8 @@ impl Default for Options<'_> {
 pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let (training, held_out) = recording.split(SplitRule::default())?;
     let mut ready = Ready::new(machine, &training, &held_out)?;
+    let view = View::of(machine, &ready.training, options.catalogue);
+    let options = &Options { catalogue: &view.catalogue, ..*options };
     let mut found = ready.search(options, None)?;
     if !found.candidates[found.chosen].effects().is_empty() {
         // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
@@ -59,7 +65,8 @@ pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> 
         // The held-out runs show no gap: there is nothing that a cause could explain.
         found.chosen = 0;
     }
-    ready.conclude(&found, recording, options)
+    let diagnosis = ready.conclude(&found, recording, options)?;
+    Ok(Diagnosis { not_examined: view.not_examined, ..diagnosis })
 }
 
 /// Runs made ready, with what is known before the search.
@@ -120,7 +127,7 @@ impl<'a> Ready<'a> {
             &self.floor,
         )?;
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
-        let mut place = locate::locate(self.machine, &self.held_out, &self.floor)?;
+        let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floor)?;
         conclude::sites(&mut place, &causes, unexplained);
         let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         Ok(Diagnosis {
@@ -135,7 +142,13 @@ impl<'a> Ready<'a> {
             place,
             unexplained,
             next_experiment: None,
-            checks: check::check(self.machine, &self.training, &self.held_out),
+            not_examined: Vec::new(),
+            checks: [
+                check::check(self.machine, &self.training, &self.held_out),
+                visibility::findings(&self.training),
+                visibility::findings(&self.held_out),
+            ]
+            .concat(),
             data: verdict::Data {
                 machine: self.machine.description().name.clone(),
                 training: names(&self.training),

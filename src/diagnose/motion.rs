@@ -23,7 +23,7 @@ pub struct Motion {
 }
 
 /// Half width of the smoothing window in s: parabolas over 2 × this pass what is slower than about 100 Hz.
-const HALF_WIDTH_S: f64 = 4e-3;
+pub(super) const HALF_WIDTH_S: f64 = 4e-3;
 
 impl Motion {
     /// Reads a run.
@@ -81,7 +81,7 @@ fn motor_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64
         }
         (circuit, _, Some(effort)) => {
             let step = CircuitStep::new(circuit, run.sample_period_s());
-            let mut current = experiment.recorded().start().current.unwrap_or(0.0);
+            let mut current = experiment.recorded().start().current_a(constants);
             Some(
                 effort
                     .iter()

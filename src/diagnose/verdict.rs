@@ -2,6 +2,7 @@
 
 use super::check::Finding;
 use super::noise::Source;
+use super::visibility::NotExamined;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -227,6 +228,8 @@ pub struct Diagnosis {
     pub unexplained: f64,
     /// The experiment that would settle an undecided question; not proposed yet.
     pub next_experiment: Option<String>,
+    /// Effects that the recorded signals cannot show.
+    pub not_examined: Vec<NotExamined>,
     /// What was noticed in the data.
     pub checks: Vec<Finding>,
     /// What it stands on.
