@@ -307,6 +307,28 @@ fn ref_lost_motion_is_named_with_the_controller_unknown() {
 }
 
 #[test]
+fn probe() {
+    use slideway::diagnose::{evidence::Score, experiment::Experiment, noise::Floor};
+    for hidden in [vec![], vec![("effect.payload.mass_kg", 7.0)], vec![("effect.coulomb_friction.force_n", 15.0)], vec![("effect.loop_delay.delay_s", 400e-6)]] {
+        for known in [&CURRENT_ONLY, &THRUST_ONLY, &CONTROLLER_UNKNOWN] {
+            let mut line = String::new();
+            for seed in 100..106 {
+                let stated = machine(GRINDER);
+                let recording = keeping(&recording(&stated, &hidden, seed), known.signals);
+                let machine = without_controller();
+                let settings = hidden.iter().map(|(key, value)| (*key, toml::Value::Float(*value)));
+                let real = machine.with_settings(settings).unwrap();
+                let all: Vec<Experiment> = recording.runs().iter().map(|r| Experiment::new(r, &machine).unwrap()).collect();
+                let floor = Floor::estimate(&real, &all.iter().collect::<Vec<_>>()).unwrap();
+                for e in &all { line += &format!("{:.2} ", Score::of(&real, std::slice::from_ref(e), &floor).unwrap().gap()); }
+                line += &format!("[{:.1e}] ", floor.sigma(Position));
+            }
+            println!("PROBE {hidden:?} {}: {line}", known.name);
+        }
+    }
+}
+
+#[test]
 fn exact_a_recording_without_position_is_refused() {
     let known = Known { name: "no position", controller: false, signals: &[PositionReference, ControlEffort, Velocity] };
     let error = diagnosis(&known, &[], 50).unwrap_err();

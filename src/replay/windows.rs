@@ -3,8 +3,8 @@
 
 use super::Traces;
 use super::recorded::Start;
-use crate::drive::motor::Circuit;
-use crate::effect::{Door, Effect};
+use crate::drive::motor::{Circuit, CircuitStep};
+use crate::effect::{Constants, Door, Effect};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::Plant;
@@ -58,8 +58,8 @@ pub struct Restart {
 /// against the measured position. δv is held towards zero by the information that the measured velocity rests on,
 /// which decides only where the response has died out (an axis held by friction).
 ///
-/// A measured current or, behind a winding, thrust changes evenly from sample to sample: its mean drives the twin.
-/// Behind a motor without a winding it is held.
+/// Behind a winding, a measured current or thrust moves between two samples as it does under a constant voltage, and
+/// its mean over the period drives the twin; behind a motor without a winding it is held.
 #[derive(Debug, Clone)]
 pub struct Windowed {
     run: Run,
@@ -202,7 +202,23 @@ struct Drive {
     per_ampere: Vec<f64>,
     /// Noise of the current sensor at each sample in A; empty where sensors are perfect.
     noise_a: Vec<f64>,
-    is_held: bool,
+    /// Weights of a sample and the next one in the mean between them.
+    weights: [f64; 2],
+}
+
+/// Weights of the first and the last value in the mean over a period in which the voltage does not change.
+///
+/// # Model
+/// `i₁ = u∞ + (i₀ − u∞)·d`, mean `u∞ + (i₀ − u∞)·m`, with decay d and mean m of a unit current over the period.
+fn mean_weights(constants: &Constants) -> [f64; 2] {
+    let step = CircuitStep::new(&constants.circuit, constants.sample_period_s);
+    if !step.has_current() {
+        return [1.0, 0.0];
+    }
+    let mut decay = 1.0;
+    let mean = step.advance(&mut decay, 0.0, 0.0);
+    let last = (1.0 - mean) / (1.0 - decay);
+    [1.0 - last, last]
 }
 
 impl Drive {
@@ -210,13 +226,11 @@ impl Drive {
         let run = &windowed.run;
         let mut samples = run.signal(windowed.input.signal()).unwrap_or_default().to_vec();
         let constants = machine.constants();
-        let (constant, is_held) = match constants.circuit {
-            Circuit::Winding { force_constant, .. } => (force_constant, false),
-            Circuit::Direct { force_per_volt } => (force_per_volt, true),
-        };
+        let (Circuit::Winding { force_constant: constant, .. }
+        | Circuit::Direct { force_per_volt: constant }) = constants.circuit;
         let noise_a = current_noise(machine, sensing, samples.len());
         if windowed.input == Input::Effort {
-            return Self { samples, per_ampere: Vec::new(), noise_a: Vec::new(), is_held: true };
+            return Self { samples, per_ampere: Vec::new(), noise_a: Vec::new(), weights: [1.0, 0.0] };
         }
         let effects = machine.effects();
         let ripples: Vec<&Effect> = effects.iter().filter(|e| e.acts_through(Door::Ripple)).collect();
@@ -228,13 +242,13 @@ impl Drive {
                 *sample = force * (*sample + noise_a.get(k).unwrap_or(&0.0));
             }
         }
-        Self { samples, per_ampere, noise_a, is_held }
+        Self { samples, per_ampere, noise_a, weights: mean_weights(&constants) }
     }
 
     fn command(&self, k: usize, input: Input) -> Command {
         let now = self.samples[k];
         let next = self.samples.get(k + 1).copied().unwrap_or(now);
-        let mean = if self.is_held { now } else { 0.5 * (now + next) };
+        let mean = self.weights[0] * now + self.weights[1] * next;
         let (effort_v, thrust) = match input {
             Input::Effort => (now, None),
             Input::Current | Input::Thrust => (0.0, Some(mean)),
