@@ -217,7 +217,7 @@ fn replayed(run: &Run, machine: &Machine) -> Result<(Recorded, Mode)> {
         Some(reference) => Recorded::along(run, reference)?,
         None => Recorded::along(run, &measured::reference(position, period))?,
     };
-    let mut restarts = measured::restarts(position, period);
+    let mut restarts = measured::restarts(position, input, period);
     let start = recorded.start();
     if let (Some(first), true) = (restarts.first_mut(), start.velocity == 0.0) {
         // A run that begins at rest: its mean tells the place better than its first parabola.

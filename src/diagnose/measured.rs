@@ -2,11 +2,14 @@
 //! begin.
 
 use super::motion::{HALF_WIDTH_S, smooth};
-use crate::replay::windows::Restart;
+use crate::replay::windows::{Input, Restart};
 
 /// Length of a window in s: beside it a noisy start dies out, and errors of force have time to show as motion, but not
 /// to carry friction into another regime than the measured one.
 const WINDOW_S: f64 = 0.25;
+/// The same where a measured current drives the twin: its sensor's noise adds up along a window like a random walk. What
+/// windows tell of a force does not depend on their length then, but many short ones tell better how large the noise is.
+const NOISY_WINDOW_S: f64 = 0.1;
 /// Fewer samples do not determine a window's initial state well against what they say of forces.
 const LEAST_SAMPLES: usize = 50;
 /// A window may begin earlier or later by this share of its length, where the motion is calm.
@@ -17,16 +20,17 @@ pub fn half_width(period_s: f64) -> usize {
     ((HALF_WIDTH_S / period_s).round() as usize).max(3)
 }
 
-/// States at which windows begin, about [`WINDOW_S`] apart.
+/// States at which windows begin for a replay driven by `input`.
 ///
 /// # Model
 /// Position and velocity are value and slope of a parabola through the positions around the sample. A jump of the
 /// acceleration spoils them: of the samples near the place wanted, the one is taken around which parabolas fit best.
-pub fn restarts(position: &[f64], period_s: f64) -> Vec<Restart> {
+pub fn restarts(position: &[f64], input: Input, period_s: f64) -> Vec<Restart> {
     let half = half_width(period_s);
     let [value, slope, _] = smooth(position, half, period_s);
     let misfit = misfit(position, &value, half);
-    let length = ((WINDOW_S / period_s).round() as usize).max(LEAST_SAMPLES);
+    let window_s = if input == Input::Current { NOISY_WINDOW_S } else { WINDOW_S };
+    let length = ((window_s / period_s).round() as usize).max(LEAST_SAMPLES);
     let play = (PLAY * length as f64) as usize;
     let mut starts = vec![0];
     let mut wanted = length;
@@ -97,7 +101,7 @@ mod tests {
 
     #[test]
     fn exact_windows_begin_where_the_motion_is_a_parabola() {
-        let starts = restarts(&travel(), PERIOD);
+        let starts = restarts(&travel(), Input::Effort, PERIOD);
         assert!(starts.len() >= 5 && starts[0].sample == 0);
         for start in starts {
             let moves = (510..=990).contains(&start.sample);
