@@ -315,7 +315,8 @@ impl<P: Plant> Twin<P> {
             self.amplifier.output_v(commanded[commanded.len() - 2 - self.delay_periods]),
         ];
         let current = self.sampled_current(applied_v);
-        let own_thrust = current * self.pieces[0].circuit.effort_constant() * self.laws.ripple(self.plant.position());
+        let own_thrust =
+            current * self.pieces[0].circuit.effort_constant() * self.laws.ripple(self.plant.position());
         let sample = Sample {
             position,
             velocity,
@@ -420,8 +421,7 @@ fn hold<P: Plant>(laws: &Laws, moving: &mut Moving, plant: &mut P, motor_force: 
     }
     bristles
         + friction(coast, |direction, speed| {
-            loaded
-                + laws.resistances.iter().map(|effect| effect.resistance(direction, speed)).sum::<f64>()
+            loaded + laws.resistances.iter().map(|effect| effect.resistance(direction, speed)).sum::<f64>()
         })
 }
 

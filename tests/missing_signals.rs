@@ -8,10 +8,12 @@ use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
+use slideway::plant::Plant as _;
+use slideway::plant::axis::Axis;
 use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::recording::recorded;
 use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
-use slideway::twin::Sensing;
+use slideway::twin::{Command, Sensing, Twin};
 use std::path::{Path, PathBuf};
 
 const GRINDER: &str = "models/grinder";
@@ -53,10 +55,16 @@ struct Known {
 
 use Signal::{ControlEffort, Current, LoadPosition, Position, PositionReference, Thrust, Velocity};
 
-const CURRENT_MISSING: Known =
-    Known { name: "current missing", controller: true, signals: &[PositionReference, ControlEffort, Position, Velocity] };
-const EFFORT_MISSING: Known =
-    Known { name: "effort missing", controller: true, signals: &[PositionReference, Current, Thrust, Position] };
+const CURRENT_MISSING: Known = Known {
+    name: "current missing",
+    controller: true,
+    signals: &[PositionReference, ControlEffort, Position, Velocity],
+};
+const EFFORT_MISSING: Known = Known {
+    name: "effort missing",
+    controller: true,
+    signals: &[PositionReference, Current, Thrust, Position],
+};
 const POSITION_ONLY: Known =
     Known { name: "position only", controller: true, signals: &[PositionReference, Position] };
 const CONTROLLER_UNKNOWN: Known = Known {
@@ -64,10 +72,16 @@ const CONTROLLER_UNKNOWN: Known = Known {
     controller: false,
     signals: &[PositionReference, ControlEffort, Current, Position, Velocity],
 };
-const THRUST_ONLY: Known =
-    Known { name: "controller unknown, thrust", controller: false, signals: &[PositionReference, Thrust, Position] };
-const CURRENT_ONLY: Known =
-    Known { name: "controller unknown, current", controller: false, signals: &[PositionReference, Current, Position] };
+const THRUST_ONLY: Known = Known {
+    name: "controller unknown, thrust",
+    controller: false,
+    signals: &[PositionReference, Thrust, Position],
+};
+const CURRENT_ONLY: Known = Known {
+    name: "controller unknown, current",
+    controller: false,
+    signals: &[PositionReference, Current, Position],
+};
 const REFERENCE_MISSING: Known =
     Known { name: "reference missing", controller: true, signals: &[ControlEffort, Current, Position] };
 
@@ -168,7 +182,10 @@ fn report(name: &str, d: &Diagnosis) {
         println!("   {:?} p={:.4} G={:.3}", r.effects, r.probability, r.held_out_gap);
     }
     for s in &d.gap.signals {
-        println!("   {} {:.2e} -> {:.2e}, noise {:.2e} {:?}", s.signal, s.rms_before, s.rms_after, s.noise, s.noise_source);
+        println!(
+            "   {} {:.2e} -> {:.2e}, noise {:.2e} {:?}",
+            s.signal, s.rms_before, s.rms_after, s.noise, s.noise_source
+        );
     }
 }
 
@@ -242,7 +259,9 @@ fn ref_friction_is_named_from_position_and_current_alone_and_a_payload_looks_lik
     }
     let d = diagnosis(&CURRENT_ONLY, &[("effect.payload.mass_kg", 7.0)], 11).unwrap();
     report(&format!("{}, payload", CURRENT_ONLY.name), &d);
-    let mut first: Vec<&str> = d.ranking.iter().take(2).flat_map(|r| &r.effects).map(String::as_str).collect();
+    assert_eq!(d.verdict, Verdict::Undecided);
+    let mut first: Vec<&str> =
+        d.ranking.iter().take(2).flat_map(|r| &r.effects).map(String::as_str).collect();
     first.sort_unstable();
     assert_eq!(first, ["force_constant", "payload"]);
     assert!(d.ranking.iter().take(2).map(|r| r.probability).sum::<f64>() > 0.9);
@@ -324,6 +343,62 @@ fn ref_lost_motion_is_named_with_the_controller_unknown() {
     assert!(d.place.segment[1].share > 0.95, "{:?}", d.place.segment);
 }
 
+/// Without noise, windows give back the run that their twin has made: their error stays, RMS, a tenth of the
+/// encoder's noise of 30 nm.
+#[test]
+fn exact_windows_give_back_a_run_without_noise() {
+    const ERROR_M: f64 = 3e-9;
+    let stated = machine(GRINDER);
+    let hidden = [("effect.coulomb_friction.force_n", toml::Value::Float(15.0))];
+    let real = stated.with_settings(hidden.clone()).unwrap();
+    let there = Stroke::metres_at_metres_per_minute(0.04, 16.0).unwrap();
+    let strokes = vec![there, Stroke { stroke: -there.stroke, ..there }];
+    let motion = Motion { strokes, lead_s: 0.1, dwell_s: 0.4, ramp_s: 0.02 };
+    let reference = motion.reference(real.description().sample_period_s);
+    let traces = simulate(&real, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ()).unwrap();
+    let run = recorded("clean", &stated, &reference, traces).unwrap();
+    let blind = without_controller().with_settings(hidden).unwrap();
+    for input in [ControlEffort, Current, Thrust] {
+        let kept = keeping(&Recording::new(vec![run.clone()]).unwrap(), &[input, Position]);
+        let experiment = Experiment::new(&kept.runs()[0], &blind).unwrap();
+        assert_eq!(experiment.input().unwrap().signal(), input);
+        let predicted = experiment.predict(&blind, Sensing::Perfect).unwrap().position;
+        let measured = run.signal(Position).unwrap();
+        let squares: f64 = measured.iter().zip(&predicted).map(|(m, p)| (m - p) * (m - p)).sum();
+        let error = (squares / measured.len() as f64).sqrt();
+        println!("{input:?}: {error:.2e} m");
+        assert!(error < ERROR_M, "{input:?}: {error} m");
+    }
+}
+
+/// Setting a twin to the state that it is in changes nothing, whatever stands between motor and encoder.
+#[test]
+fn exact_a_restart_in_its_own_state_changes_nothing() {
+    // Rounding of positions of 10 mm over some thousand steps.
+    const ROUNDING_M: f64 = 1e-12;
+    for settings in [vec![], vec![("effect.backlash.width_m", 20e-6), ("effect.encoder_scale.factor", 1.05)]]
+    {
+        let set = settings.iter().map(|(key, value)| (*key, toml::Value::Float(*value)));
+        let machine = edited(GRINDER, two_sensors).with_settings(set).unwrap();
+        let axis = || Axis::of(&machine.constants());
+        let mut twins = [(); 2].map(|()| Twin::new(&machine, axis(), Sensing::Perfect));
+        for k in 0..2000 {
+            let effort_v = (f64::from(k) * 5e-3).sin();
+            let command = Command { effort_v: Some(effort_v), ..Command::follow(0.0, 0.0) };
+            let [left, set] = &mut twins;
+            if k % 300 == 200 {
+                let factor = settings.last().map_or(1.0, |(_, factor)| *factor);
+                let state = [set.plant().position(), set.plant().velocity()].map(|x| factor * x);
+                set.restart(state[0], state[1]);
+            }
+            let (a, b) = (left.step(command), set.step(command));
+            assert!((a.position - b.position).abs() < ROUNDING_M, "{k}: {a:?} {b:?}");
+            assert!((a.load_position - b.load_position).abs() < ROUNDING_M, "{k}: {a:?} {b:?}");
+            assert!((a.velocity - b.velocity).abs() < 1e-8, "{k}: {a:?} {b:?}");
+        }
+    }
+}
+
 /// Replays of the machine that made the recording leave what noise leaves, whatever drives them: 1 in units of the floor.
 /// Encoder noise is white and its level known within some per cent; that of a current adds up along the windows, of
 /// which a run has few.
@@ -335,7 +410,8 @@ fn exact_the_true_twin_stands_at_the_floor_whatever_drives_it() {
         (&THRUST_ONLY, 0.9..1.1),
         (&CURRENT_ONLY, 0.6..1.6),
     ];
-    let hidden = [vec![], vec![("effect.payload.mass_kg", 7.0)], vec![("effect.coulomb_friction.force_n", 15.0)]];
+    let hidden =
+        [vec![], vec![("effect.payload.mass_kg", 7.0)], vec![("effect.coulomb_friction.force_n", 15.0)]];
     for (known, range) in modes {
         for (hidden, seed) in hidden.iter().flat_map(|hidden| [(hidden, 100), (hidden, 101)]) {
             let recording = keeping(&recording(&machine(GRINDER), hidden, seed), known.signals);
@@ -368,9 +444,13 @@ fn ref_published_friction_is_named_with_the_controller_unknown() {
     report("published axis", &d);
     let mut names = named(&d);
     names.sort_unstable();
-    assert_eq!((d.verdict, names), (Verdict::Cause, vec!["constant_force", "coulomb_friction", "viscous_friction"]));
+    assert_eq!(
+        (d.verdict, names),
+        (Verdict::Cause, vec!["constant_force", "coulomb_friction", "viscous_friction"])
+    );
     // Another criterion on the same data: the open loop weighs slow forces more than the published regression.
-    let published = [("coulomb_friction", "force_n", 20.3935), ("viscous_friction", "viscous_n_s_per_m", 203.5034)];
+    let published =
+        [("coulomb_friction", "force_n", 20.3935), ("viscous_friction", "viscous_n_s_per_m", 203.5034)];
     for (effect, parameter, value) in published {
         let cause = d.causes.iter().find(|cause| cause.effect == effect).unwrap();
         assert!((cause.parameters[parameter].value / value - 1.0).abs() < 0.05, "{cause:?}");
@@ -379,7 +459,11 @@ fn ref_published_friction_is_named_with_the_controller_unknown() {
 
 #[test]
 fn exact_a_recording_without_position_is_refused() {
-    let known = Known { name: "no position", controller: false, signals: &[PositionReference, ControlEffort, Velocity] };
+    let known = Known {
+        name: "no position",
+        controller: false,
+        signals: &[PositionReference, ControlEffort, Velocity],
+    };
     let error = diagnosis(&known, &[], 50).unwrap_err();
     assert_eq!((error.kind(), error.key_name()), (ErrorKind::Missing, Some("position_m")));
     assert!(error.remedy_text().unwrap().contains("log it"));
@@ -387,7 +471,8 @@ fn exact_a_recording_without_position_is_refused() {
 
 #[test]
 fn exact_a_recording_without_any_input_is_refused() {
-    let known = Known { name: "no input", controller: false, signals: &[PositionReference, Position, Velocity] };
+    let known =
+        Known { name: "no input", controller: false, signals: &[PositionReference, Position, Velocity] };
     let error = diagnosis(&known, &[], 51).unwrap_err();
     assert_eq!((error.kind(), error.key_name()), (ErrorKind::Missing, Some("controller")));
     let remedy = error.remedy_text().unwrap();

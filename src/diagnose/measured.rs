@@ -66,7 +66,8 @@ const STILL_SHARE: f64 = 5e-3;
 
 /// A position reference read off the measured position: its smoothed velocity, exactly zero at standstill, summed up.
 pub fn reference(position: &[f64], period_s: f64) -> Vec<f64> {
-    let half = ((PHASE_HALF_WIDTH_S / period_s).round() as usize).max(3).min(position.len().saturating_sub(1) / 2);
+    let half =
+        ((PHASE_HALF_WIDTH_S / period_s).round() as usize).max(3).min(position.len().saturating_sub(1) / 2);
     let [value, velocity, _] = smooth(position, half, period_s);
     let mut squares: Vec<f64> = position.iter().zip(&value).map(|(x, s)| (x - s).powi(2)).collect();
     let middle = squares.len() / 2;

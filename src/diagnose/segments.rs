@@ -36,7 +36,10 @@ pub fn segments(machines: [&Machine; 2], experiments: &[Experiment], floor: &Flo
             let measured = stretches(experiment, machines[0])?;
             let imagined = stretches(&experiment.imagined(machines[1], seed as u64)?, machines[1])?;
             let noise = |stretch: &Stretch| {
-                let own = imagined.iter().find(|other| other.name == stretch.name).map_or(0.0, Stretch::mean_square);
+                let own = imagined
+                    .iter()
+                    .find(|other| other.name == stretch.name)
+                    .map_or(0.0, Stretch::mean_square);
                 let logged = stretch.output.filter(|signal| experiment.signals().contains(signal));
                 own.max(logged.map_or(0.0, |signal| floor.sigma(signal).powi(2)))
             };
@@ -125,14 +128,19 @@ fn stretches(experiment: &Experiment, machine: &Machine) -> Result<Vec<Stretch>>
     let constants = machine.constants();
     let cuts = Cuts::of(experiment, &constants)?;
     let mut list = Vec::new();
-    let commanded = if experiment.input().is_none() { controller_effort(experiment, &machine, &cuts) } else { None };
+    let commanded =
+        if experiment.input().is_none() { controller_effort(experiment, &machine, &cuts) } else { None };
     match (&commanded, cuts.effort, cuts.force()) {
         (Some(own), Some(effort), _) => {
             list.push(Stretch::new("controller", difference(effort, own), Some(Signal::ControlEffort)));
         }
         (Some(own), None, Some((signal, measured))) => {
             let modelled = drive(experiment, &constants, own, signal);
-            list.push(Stretch::new("controller+amplifier+motor", difference(measured, &modelled), Some(signal)));
+            list.push(Stretch::new(
+                "controller+amplifier+motor",
+                difference(measured, &modelled),
+                Some(signal),
+            ));
         }
         _ => {}
     }
@@ -215,9 +223,7 @@ fn controller_effort(experiment: &Experiment, machine: &Machine, cuts: &Cuts) ->
     let first = match (cuts.effort, cuts.force()) {
         (Some(effort), _) => effort[0],
         (None, Some((Signal::Thrust, thrust))) => thrust[0] / constants.force_per_volt(),
-        (None, Some((_, current))) => {
-            current[0] * current_force(&constants) / constants.force_per_volt()
-        }
+        (None, Some((_, current))) => current[0] * current_force(&constants) / constants.force_per_volt(),
         (None, None) => 0.0,
     };
     let mut velocity = VelocityMemory::moving(start.position, start.velocity, period);
@@ -262,7 +268,8 @@ fn drive(experiment: &Experiment, constants: &Constants, effort: &[f64], output:
             let voltages = [applied(k, delay.periods + 1), applied(k, delay.periods)];
             let now = if winding { current } else { voltages[usize::from(delay.fraction == 0.0)] };
             if winding {
-                for (step, voltage) in steps.iter().zip(voltages).filter(|(step, _)| step.duration_s() > 0.0) {
+                for (step, voltage) in steps.iter().zip(voltages).filter(|(step, _)| step.duration_s() > 0.0)
+                {
                     step.advance(&mut current, voltage, velocity);
                 }
             }

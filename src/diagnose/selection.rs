@@ -132,9 +132,10 @@ impl Search<'_> {
                 .filter(|e| e.supersedes().is_empty() && !current.contains(e) && !taken.contains(e))
                 .map(|e| current.iter().copied().chain([*e]).collect())
                 .collect();
-            let indices = self.add(found, &sets, Some(found.chosen))?;
+            let mut indices = self.add(found, &sets, Some(found.chosen))?;
+            indices.retain(|&index| found.is_resolved(index));
             let Some(best) = found.best_of(&indices) else { break };
-            let real = found.is_resolved(best) && found.beyond_chance(best, found.chosen);
+            let real = found.beyond_chance(best, found.chosen);
             if !real || !found.worth_naming(best, found.chosen, before) {
                 break;
             }

@@ -67,7 +67,9 @@ fn hidden(effect: EffectId, experiment: &Experiment) -> Option<&'static str> {
     match effect {
         EffectId::VelocityFilter if logged(Signal::Velocity) => return None,
         EffectId::VelocityFilter | EffectId::EncoderResolution => {
-            return Some("It acts through the control loop, which cannot be replayed: state [controller] and log the position reference.");
+            return Some(
+                "It acts through the control loop, which cannot be replayed: state [controller] and log the position reference.",
+            );
         }
         EffectId::Cogging => return None,
         _ => {}
@@ -81,9 +83,9 @@ fn hidden(effect: EffectId, experiment: &Experiment) -> Option<&'static str> {
         }
         (Site::Motor, Input::Thrust) if logged(Signal::Current) && acts_behind_current(effect) => None,
         (Site::Motor, Input::Current) if acts_behind_current(effect) => None,
-        (Site::Motor, Input::Thrust) if acts_behind_current(effect) => {
-            Some("It acts before the first signal that is known: log the motor's current or the control effort.")
-        }
+        (Site::Motor, Input::Thrust) if acts_behind_current(effect) => Some(
+            "It acts before the first signal that is known: log the motor's current or the control effort.",
+        ),
         (Site::Motor, Input::Current | Input::Thrust) => {
             Some("It acts before the first signal that is known: log the control effort.")
         }

@@ -113,9 +113,7 @@ impl Windowed {
         let response = Response::between(&plain, &nudged, self.nudge);
         let mut traces = match sensing {
             Sensing::Perfect => plain.traces,
-            noisy @ Sensing::AsStated { .. } => {
-                self.walk(machine, plant, noisy, &drive, Some(0.0)).traces
-            }
+            noisy @ Sensing::AsStated { .. } => self.walk(machine, plant, noisy, &drive, Some(0.0)).traces,
         };
         let measured = self.run.signal(Signal::Position).unwrap_or_default();
         for window in self.windows() {
@@ -146,7 +144,8 @@ impl Windowed {
     ) -> Walk {
         let mut twin = Twin::new(machine, plant, sensing);
         let (first, start) = (self.restarts.first(), &self.start);
-        let (position, velocity) = first.map_or((start.position, start.velocity), |r| (r.position, r.velocity));
+        let (position, velocity) =
+            first.map_or((start.position, start.velocity), |r| (r.position, r.velocity));
         twin.start(position, velocity + faster.unwrap_or(0.0), start.effort_v.unwrap_or(0.0));
         if let Some(shown) = start.load_position {
             twin.set_load_reading(shown);

@@ -81,7 +81,9 @@ impl VelocityEstimate {
     /// τ of the smoothing in s.
     pub fn time_constant_s(&self) -> f64 {
         match self {
-            Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. } => *time_constant_s,
+            Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. } => {
+                *time_constant_s
+            }
         }
     }
 
