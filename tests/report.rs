@@ -1,7 +1,7 @@
 //! The terminal report of hand-made diagnoses: true to the numbers, readable, within its width.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use slideway::diagnose::check::Finding;
+use slideway::diagnose::check::{Check, Finding, Severity};
 use slideway::diagnose::noise::Source;
 use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap,
@@ -80,7 +80,12 @@ fn names(list: &[&str]) -> Vec<String> {
 /// One cause, and everything a report may hold.
 fn diagnosis() -> Diagnosis {
     let clipped = "The effort is at the amplifier's limit of 10 V in 2.0 % of the samples.";
-    let finding = |run: &str, message: &str| Finding { run: run.to_owned(), message: message.to_owned() };
+    let finding = |run: &str, check, severity, message: &str| Finding {
+        run: run.to_owned(),
+        check,
+        severity,
+        message: message.to_owned(),
+    };
     Diagnosis {
         schema: "slideway-diagnosis/1",
         verdict: Verdict::Cause,
@@ -113,9 +118,9 @@ fn diagnosis() -> Diagnosis {
         next_experiment: None,
         not_examined: Vec::new(),
         checks: vec![
-            finding("a", clipped),
-            finding("b", clipped),
-            finding("", "No load position was logged."),
+            finding("", Check::MissingSignal, Severity::Note, "No load position was logged."),
+            finding("a", Check::Clipping, Severity::Warning, clipped),
+            finding("b", Check::Clipping, Severity::Warning, clipped),
         ],
         data: Data {
             machine: "table".to_owned(),
@@ -359,9 +364,33 @@ fn exact_long_names_are_wrapped() {
         .data
         .training
         .iter()
-        .map(|run| Finding { run: run.clone(), message: "One way.".to_owned() })
+        .map(|run| Finding {
+            run: run.clone(),
+            check: Check::MissingReversal,
+            severity: Severity::Note,
+            message: "One way.".to_owned(),
+        })
         .collect();
     holds(&sliding(&d), &["stroke039_feed08_run1 (40)", "constant_force, payload", "and 36 more runs"]);
+}
+
+#[test]
+fn exact_warnings_come_before_notes_and_the_like_is_counted() {
+    let mut d = diagnosis();
+    let late = |k: usize| Finding {
+        run: format!("run{k}"),
+        check: Check::ChannelDelay,
+        severity: Severity::Warning,
+        message: format!("The current lies {k} samples behind."),
+    };
+    d.checks.extend((0..5).map(late));
+    for report in sliding(&d) {
+        let place = |words: &str| report.find(words).unwrap_or_else(|| panic!("no `{words}` in:\n{report}"));
+        assert!(place("! The effort is at the amplifier's limit") < place("· No load position was logged."));
+        assert!(place("! The current lies 2 samples behind. (run2)") < place("· No load position"));
+        assert!(place("· And the like 2 more times") > place("· No load position"));
+        assert!(!report.contains("lies 3 samples"));
+    }
 }
 
 #[test]

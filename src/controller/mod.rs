@@ -67,6 +67,22 @@ impl Controller {
         }
     }
 
+    /// Share of the reference velocity that is fed forward.
+    pub fn velocity_feedforward(&self) -> f64 {
+        match self {
+            Self::Pdf(law) => law.velocity_feedforward,
+            Self::Cascade(law) => law.velocity_feedforward,
+        }
+    }
+
+    /// Sets the share of the reference velocity that is fed forward.
+    pub fn set_velocity_feedforward(&mut self, share: f64) {
+        match self {
+            Self::Pdf(law) => law.velocity_feedforward = share,
+            Self::Cascade(law) => law.velocity_feedforward = share,
+        }
+    }
+
     /// Whether the law has an integral part.
     pub fn integrates(&self) -> bool {
         match self {

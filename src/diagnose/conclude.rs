@@ -5,7 +5,7 @@ use super::experiment::{Experiment, trace};
 use super::fit::Fit;
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
-use super::selection::{ADEQUATE_GAP, Candidate, Found, PRICE_PER_EFFECT};
+use super::selection::{ADEQUATE_GAP, Candidate, Found, price};
 use super::verdict::{
     Calibration, Cause, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap, Verdict, Where,
 };
@@ -97,9 +97,8 @@ fn probability(found: &Found, effect: EffectId) -> f64 {
 /// [`INDISTINCT`] of log-likelihood.
 fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     let chosen = found.candidates[found.chosen].effects();
-    let likelihood = |probability: f64, effects: &EffectSet| {
-        probability.max(f64::MIN_POSITIVE).ln() + PRICE_PER_EFFECT * effects.len() as f64
-    };
+    let likelihood =
+        |probability: f64, effects: &EffectSet| probability.max(f64::MIN_POSITIVE).ln() + price(effects);
     let own = likelihood(found.posterior[found.chosen], chosen);
     let mut names: Vec<String> = rivals(found)
         .filter(|(candidate, _)| !candidate.effects().contains(&effect))

@@ -1,7 +1,7 @@
 //! Bounded least squares of a hypothesis on training runs.
 
 use super::experiment::Experiment;
-use super::hypothesis::{Freedom, Hypothesis};
+use super::hypothesis::{Free, Freedom, Hypothesis};
 use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -32,6 +32,12 @@ impl Fit {
 }
 
 const MOST_ITERATIONS: usize = 25;
+/// Iterations of a fit that only has to show whether a hypothesis matters.
+const ROUGH_ITERATIONS: usize = 8;
+/// Relative fall of the sum of squares below which a rough fit has arrived.
+const ROUGHLY_ARRIVED: f64 = 3e-3;
+/// Starts that are descended from at most.
+const DESCENTS: usize = 3;
 /// Relative fall of the sum of squares below which the fit has arrived.
 const ARRIVED: f64 = 1e-7;
 /// Finite-difference step in units of a number's scale: far above rounding, far below curvature.
@@ -88,9 +94,23 @@ impl<'a> Objective<'a> {
         Ok(DVector::from_vec(all))
     }
 
-    fn jacobian(&self, values: &[f64], residuals: &DVector<f64>) -> Result<DMatrix<f64>> {
+    /// Derivatives of the residuals by the numbers in units of their scale; columns that `known` has are taken from
+    /// there.
+    fn jacobian(
+        &self,
+        values: &[f64],
+        residuals: &DVector<f64>,
+        known: Option<&Sensitivities>,
+    ) -> Result<DMatrix<f64>> {
         let mut jacobian = DMatrix::zeros(residuals.len(), values.len());
         for (k, free) in self.hypothesis.free.iter().enumerate() {
+            if let Some(column) = known.and_then(|known| known.column(free)) {
+                jacobian.set_column(k, &column);
+                continue;
+            }
+            if free.held {
+                continue;
+            }
             let mut varied = values.to_vec();
             let reach = DIFFERENCE * free.scale;
             let step = if values[k] + reach <= free.range.1 { reach } else { -reach };
@@ -108,9 +128,12 @@ impl<'a> Objective<'a> {
     /// Pull of calibration towards its stated values: (diagonal of the normal matrix, gradient), scaled.
     fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
         let free = &self.hypothesis.free;
-        let weigh = |k: usize| f64::from(u8::from(free[k].freedom == Freedom::Calibration));
-        let gradient = |k: usize| weigh(k) * (values[k] - free[k].neutral) / free[k].scale;
-        (DVector::from_fn(free.len(), |k, _| weigh(k)), DVector::from_fn(free.len(), |k, _| gradient(k)))
+        let is_calibration = |k: usize| free[k].freedom == Freedom::Calibration;
+        let weigh = |k: usize| if is_calibration(k) { 1.0 } else { 0.0 };
+        // Numbers of a cause may have no neutral value at all.
+        let pull =
+            |k: usize| if is_calibration(k) { (values[k] - free[k].neutral) / free[k].scale } else { 0.0 };
+        (DVector::from_fn(free.len(), |k, _| weigh(k)), DVector::from_fn(free.len(), |k, _| pull(k)))
     }
 
     /// Normal matrix and gradient of the weighted sum of squares.
@@ -163,6 +186,20 @@ impl<'a> Objective<'a> {
         weights
     }
 
+    /// Size of residuals by which fits from different starts are compared: logarithms of the signals' mean squares, so
+    /// that none drowns the others, whatever its noise.
+    fn size(&self, residuals: &DVector<f64>) -> f64 {
+        self.signal_rows()
+            .values()
+            .map(|rows| {
+                let levelled = || rows.iter().flat_map(|part| part.levelled(residuals));
+                let squares: f64 = levelled().map(|(_, e, profile)| (e / profile).powi(2)).sum();
+                let count = rows.iter().map(|part| part.samples).sum::<usize>() as f64;
+                (1.0 + squares / count).ln()
+            })
+            .sum()
+    }
+
     /// Rows of each signal, over all runs.
     fn signal_rows(&self) -> BTreeMap<Signal, Vec<Rows<'_>>> {
         let mut rows: BTreeMap<Signal, Vec<Rows>> = BTreeMap::new();
@@ -196,13 +233,73 @@ impl Rows<'_> {
     }
 }
 
-/// Fits a hypothesis from all its starts, or from `warm` alone, and keeps the best.
+/// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.
+///
+/// They change slowly with what is added: a fit that takes the old ones for the numbers it shares still descends, a
+/// little less directly, and needs replays for its own numbers only.
+#[derive(Debug, Clone)]
+pub struct Sensitivities {
+    free: Vec<Free>,
+    columns: DMatrix<f64>,
+}
+
+impl Sensitivities {
+    /// The sensitivities of a fit.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub fn of(machine: &Machine, fit: &Fit, experiments: &[Experiment], floor: &Floor) -> Result<Self> {
+        let objective = Objective::new(machine, &fit.hypothesis, experiments, floor);
+        let residuals = objective.residuals(&fit.values)?;
+        let columns = objective.jacobian(&fit.values, &residuals, None)?;
+        Ok(Self { free: fit.hypothesis.free.clone(), columns })
+    }
+
+    fn column(&self, free: &Free) -> Option<DVector<f64>> {
+        let place = self.free.iter().position(|own| own.path == free.path)?;
+        Some(self.columns.column(place) * (free.scale / self.free[place].scale))
+    }
+}
+
+/// How much a fit is worth.
+#[derive(Debug, Clone, Copy)]
+pub enum Care<'a> {
+    /// Good enough to see which hypotheses matter: known sensitivities, few iterations.
+    Rough(&'a Sensitivities),
+    /// To the end, with sensitivities of its own.
+    Thorough,
+}
+
+impl<'a> Care<'a> {
+    fn iterations(self) -> usize {
+        match self {
+            Self::Rough(_) => ROUGH_ITERATIONS,
+            Self::Thorough => MOST_ITERATIONS,
+        }
+    }
+
+    fn arrived(self) -> f64 {
+        match self {
+            Self::Rough(_) => ROUGHLY_ARRIVED,
+            Self::Thorough => ARRIVED,
+        }
+    }
+
+    fn known(self) -> Option<&'a Sensitivities> {
+        match self {
+            Self::Rough(known) => Some(known),
+            Self::Thorough => None,
+        }
+    }
+}
+
+/// Fits a hypothesis from its starts, or from `warm` alone, and keeps the best.
 ///
 /// # Model
-/// Levenberg–Marquardt with bounds: numbers on a bound whose gradient points outward are held, the others
-/// move. Residuals far outside their own spread count linearly (Huber). Standard errors are the sandwich
-/// `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples, which holds for autocorrelated and uneven
-/// residuals alike.
+/// Of several starts, those that already replay best are descended from. Levenberg–Marquardt with bounds: numbers on a
+/// bound whose gradient points outward are held, the others move. Residuals far outside their own spread count
+/// linearly (Huber). Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples,
+/// which holds for autocorrelated and uneven residuals alike.
 ///
 /// # Errors
 /// A setting of a run that the machine does not have.
@@ -212,48 +309,62 @@ pub fn fit(
     experiments: &[Experiment],
     floor: &Floor,
     warm: Option<&[f64]>,
+    care: Care,
 ) -> Result<Fit> {
     let objective = Objective::new(machine, hypothesis, experiments, floor);
-    let own: Vec<Vec<f64>>;
-    let starts = match warm {
-        Some(values) => {
-            own = vec![values.to_vec()];
-            &own
-        }
-        None => &hypothesis.starts,
+    let starts: Vec<Vec<f64>> = match warm {
+        Some(values) => vec![inside(hypothesis, values)],
+        None => promising(&objective)?,
     };
     let mut best: Option<(f64, Vec<f64>)> = None;
     for start in starts {
-        let values = descend(&objective, inside(hypothesis, start))?;
-        let size = objective.residuals(&values)?.norm_squared();
+        let values = descend(&objective, start, care)?;
+        let residuals = objective.residuals(&values)?;
+        let size = objective.size(&residuals);
         if best.as_ref().is_none_or(|(least, _)| size < *least) {
             best = Some((size, values));
         }
     }
     let values = best.map(|(_, values)| values).unwrap_or_default();
-    finish(&objective, values)
+    finish(&objective, values, care)
+}
+
+/// Of several starts, those whose replays come closest.
+fn promising(objective: &Objective) -> Result<Vec<Vec<f64>>> {
+    let starts: Vec<Vec<f64>> =
+        objective.hypothesis.starts.iter().map(|start| inside(objective.hypothesis, start)).collect();
+    if starts.len() <= DESCENTS {
+        return Ok(starts);
+    }
+    let sizes: Result<Vec<f64>> =
+        starts.iter().map(|start| Ok(objective.size(&objective.residuals(start)?))).collect();
+    let mut sized: Vec<(f64, Vec<f64>)> = sizes?.into_iter().zip(starts).collect();
+    sized.sort_by(|a, b| a.0.total_cmp(&b.0));
+    Ok(sized.into_iter().take(DESCENTS).map(|(_, start)| start).collect())
 }
 
 fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
     hypothesis.free.iter().zip(values).map(|(free, v)| v.clamp(free.range.0, free.range.1)).collect()
 }
 
-fn descend(objective: &Objective, mut values: Vec<f64>) -> Result<Vec<f64>> {
+fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Vec<f64>> {
     let free = &objective.hypothesis.free;
     let mut residuals = objective.residuals(&values)?;
     let mut damping = 1e-3;
     if free.is_empty() {
         return Ok(values);
     }
-    for _ in 0..MOST_ITERATIONS {
+    for _ in 0..care.iterations() {
         let weights = objective.weights(&residuals);
         let cost = objective.cost(&residuals, &weights, &values);
-        let jacobian = objective.jacobian(&values, &residuals)?;
+        let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
         let held: Vec<bool> = (0..free.len())
             .map(|k| {
                 let (low, high) = free[k].range;
-                (values[k] <= low && gradient[k] > 0.0) || (values[k] >= high && gradient[k] < 0.0)
+                free[k].held
+                    || (values[k] <= low && gradient[k] > 0.0)
+                    || (values[k] >= high && gradient[k] < 0.0)
             })
             .collect();
         let mut improved = false;
@@ -265,13 +376,16 @@ fn descend(objective: &Objective, mut values: Vec<f64>) -> Result<Vec<f64>> {
             let moved: Vec<f64> = (0..free.len())
                 .map(|k| (values[k] + step[k] * free[k].scale).clamp(free[k].range.0, free[k].range.1))
                 .collect();
+            if moved == values {
+                break;
+            }
             let trial = objective.residuals(&moved)?;
             let trial_cost = objective.cost(&trial, &weights, &moved);
             if trial_cost < cost {
                 let fall = (cost - trial_cost) / cost;
                 (values, residuals) = (moved, trial);
                 damping = (damping * 0.2).max(1e-9);
-                improved = fall > ARRIVED;
+                improved = fall > care.arrived();
                 break;
             }
             damping *= 4.0;
@@ -307,9 +421,9 @@ fn damped_step(
 /// Blocks of consecutive samples for the sandwich, over all runs together at least.
 const BLOCKS: usize = 40;
 
-fn finish(objective: &Objective, values: Vec<f64>) -> Result<Fit> {
+fn finish(objective: &Objective, values: Vec<f64>, care: Care) -> Result<Fit> {
     let residuals = objective.residuals(&values)?;
-    let jacobian = objective.jacobian(&values, &residuals)?;
+    let jacobian = objective.jacobian(&values, &residuals, care.known())?;
     let count = values.len();
     let weights = objective.weights(&residuals);
     let (weight, _) = objective.prior(&values);

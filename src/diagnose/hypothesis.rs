@@ -1,6 +1,7 @@
 //! A hypothesis: which effects the twin lacks, and the numbers that a fit may choose.
 
-use crate::effect::{EffectId, Screen};
+use super::proposals::Proposals;
+use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::units::Motion;
@@ -37,6 +38,8 @@ pub struct Free {
     pub range: (f64, f64),
     /// Step by which it is varied and compared: about what a fit should resolve coarsely.
     pub scale: f64,
+    /// Whether fits leave it where each start puts it.
+    pub held: bool,
 }
 
 /// A hypothesis on a machine.
@@ -50,54 +53,53 @@ pub struct Hypothesis {
     pub starts: Vec<Vec<f64>>,
 }
 
+/// Starting sets of a hypothesis at most.
+const MOST_STARTS: usize = 48;
+
 impl Hypothesis {
-    /// The hypothesis that these effects act on the machine, with calibration beside them.
-    pub fn new(machine: &Machine, effects: &EffectSet, screen: &Screen) -> Self {
-        let motion = machine.motion();
+    /// The hypothesis that these effects act on the machine, with calibration beside them; numbers that a fit of
+    /// another hypothesis (`known`) has found already start where that fit left them. `None` where an effect has
+    /// neither a known value nor a proposal to start from.
+    pub fn new(
+        machine: &Machine,
+        effects: &EffectSet,
+        proposals: &Proposals,
+        known: &[(&Self, &[f64])],
+    ) -> Option<Self> {
         let mut free = Vec::new();
         let mut starts: Vec<Vec<f64>> = vec![Vec::new()];
         for &effect in effects {
-            let ranges = effect.range(screen);
-            let neutral = stated_values(machine, effect);
-            let mut values = effect.start(screen);
-            // Screening sees what is missing; where the twin has some of these already, that comes on top.
-            if effect.is_cumulative() && machine.description().effect.contains(effect) {
-                values.iter_mut().for_each(|start| start[0] += neutral[0]);
-            }
-            free.extend(parameters(effect, motion).enumerate().map(|(k, (name, unit))| {
-                let range = ranges[k];
-                Free {
-                    effect,
-                    name,
-                    unit,
-                    path: path(effect, name),
-                    freedom: Freedom::Cause,
-                    neutral: neutral[k],
-                    range,
-                    scale: scale(values[0][k], range),
-                }
-            }));
-            // Several starts of one effect branch the list; those of the first effect that has them suffice.
-            let branches = if starts.len() == 1 { values.as_slice() } else { &values[..1] };
+            let earlier = known.iter().find_map(|(other, values)| other.of_effect(effect, values));
+            let (numbers, values) = match earlier {
+                Some((numbers, values)) => (numbers, vec![values]),
+                None => proposed(machine, effect, proposals)?,
+            };
+            free.extend(numbers);
             starts = starts
                 .iter()
-                .flat_map(|begun| branches.iter().map(move |more| [begun.as_slice(), more].concat()))
+                .flat_map(|begun| values.iter().map(move |more| [begun.as_slice(), more].concat()))
+                .take(MOST_STARTS)
                 .collect();
         }
         for calibration in calibrations(machine, effects) {
-            starts.iter_mut().for_each(|start| start.push(calibration.neutral));
+            let found = known.iter().find_map(|(other, values)| other.value(&calibration.path, values));
+            let start = found.unwrap_or(calibration.neutral).clamp(calibration.range.0, calibration.range.1);
+            starts.iter_mut().for_each(|set| set.push(start));
             free.push(calibration);
         }
-        Self { effects: effects.clone(), free, starts }
+        Some(Self { effects: effects.clone(), free, starts })
     }
 
-    /// Starts numbers that a fit of another hypothesis has found already where that fit left them.
-    pub fn start_from(&mut self, other: &Self, values: &[f64]) {
-        for (found, value) in other.free.iter().zip(values) {
-            if let Some(place) = self.free.iter().position(|free| free.path == found.path) {
-                self.starts.iter_mut().for_each(|start| start[place] = *value);
-            }
-        }
+    /// The numbers of one effect as a fit left them.
+    fn of_effect(&self, effect: EffectId, values: &[f64]) -> Option<(Vec<Free>, Vec<f64>)> {
+        let own = |(free, _): &(&Free, &f64)| free.effect == effect && free.freedom == Freedom::Cause;
+        let (numbers, found): (Vec<Free>, Vec<f64>) =
+            self.free.iter().zip(values).filter(own).map(|(free, value)| (free.clone(), *value)).unzip();
+        (!numbers.is_empty()).then_some((numbers, found))
+    }
+
+    fn value(&self, path: &str, values: &[f64]) -> Option<f64> {
+        self.free.iter().position(|free| free.path == path).map(|k| values[k])
     }
 
     /// The machine with the values in force.
@@ -138,25 +140,62 @@ fn stated_values(machine: &Machine, effect: EffectId) -> Vec<f64> {
         .collect()
 }
 
-fn scale(start: f64, range: (f64, f64)) -> f64 {
-    start.abs().max(0.02 * (range.1 - range.0)).max(f64::MIN_POSITIVE)
+/// An effect's numbers and their starting values as screening proposes them.
+fn proposed(
+    machine: &Machine,
+    effect: EffectId,
+    proposals: &Proposals,
+) -> Option<(Vec<Free>, Vec<Vec<f64>>)> {
+    let proposal = proposals.get(effect)?;
+    let neutral = stated_values(machine, effect);
+    let mut values = proposal.starts.clone();
+    // Screening sees what is missing; where the twin has some of these already, that comes on top.
+    if effect.is_cumulative() && machine.description().effect.contains(effect) {
+        values.iter_mut().for_each(|start| start[0] += neutral[0]);
+    }
+    let held = effect.parameters().iter().map(|parameter| parameter.held);
+    let numbers = parameters(effect, machine.motion())
+        .zip(held)
+        .enumerate()
+        .map(|(k, ((name, unit), held))| Free {
+            effect,
+            name,
+            unit,
+            path: path(effect, name),
+            freedom: Freedom::Cause,
+            neutral: neutral[k],
+            range: proposal.ranges[k],
+            scale: scale(values[0][k], proposal.ranges[k]),
+            held,
+        })
+        .collect();
+    Some((numbers, values))
 }
 
-/// The stated constants that are free inside their tolerance: mass, viscous coefficient, and the parameters
-/// of effects that the twin already has; not those of the hypothesis, nor those it takes over.
+/// Ranges over more decades than this are looked at in proportion to the value.
+const WIDE: f64 = 1e3;
+
+fn scale(start: f64, (low, high): (f64, f64)) -> f64 {
+    let coarse = if low > 0.0 && high > WIDE * low { 0.0 } else { 0.02 * (high - low) };
+    start.abs().max(coarse).max(f64::MIN_POSITIVE)
+}
+
+/// The stated constants that are free inside their tolerance: mass, viscous coefficient, force constant, winding
+/// resistance and inductance, and the parameters of effects that the twin already has; not those of the
+/// hypothesis, nor those it takes over.
 fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
     let tolerance = &machine.description().tolerance;
     let stated = machine.stated_constants();
-    let taken: BTreeSet<EffectId> = effects.iter().flat_map(|e| e.supersedes()).copied().collect();
-    let free_to_move = |effect| !effects.contains(&effect) && !taken.contains(&effect);
+    let free_to_move = |effect: EffectId| !effects.iter().any(|e| *e == effect || e.excludes(effect));
     let mut list = Vec::new();
     let mut push = |effect: EffectId, index: usize, neutral: f64, half: f64| {
         let parameter = parameters(effect, machine.motion()).nth(index);
-        if let Some((name, unit)) = parameter.filter(|_| half > 0.0 && free_to_move(effect)) {
+        let moves = half > 0.0 && free_to_move(effect) && effect.applies(&stated);
+        if let Some((name, unit)) = parameter.filter(|_| moves) {
             let range = (neutral - half, neutral + half);
             let path = path(effect, name);
             let freedom = Freedom::Calibration;
-            list.push(Free { effect, name, unit, path, freedom, neutral, range, scale: half });
+            list.push(Free { effect, name, unit, path, freedom, neutral, range, scale: half, held: false });
         }
     };
     let present = &machine.description().effect;
@@ -164,12 +203,17 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
         let values = stated_values(machine, effect);
         match effect {
             EffectId::Payload => push(effect, 0, values[0], tolerance.mass * stated.moving_mass),
+            EffectId::ForceConstant => push(effect, 0, values[0], tolerance.force_constant * values[0]),
+            EffectId::WindingResistance => push(effect, 0, values[0], tolerance.resistance * values[0]),
+            EffectId::WindingInductance => push(effect, 0, values[0], tolerance.inductance * values[0]),
             EffectId::ViscousFriction if !present.contains(effect) => {
                 push(effect, 0, values[0], tolerance.viscous * stated.viscous);
             }
             _ if present.contains(effect) => {
                 for (index, value) in values.iter().enumerate() {
-                    push(effect, index, *value, tolerance.effect * value.abs());
+                    if !effect.parameters()[index].held {
+                        push(effect, index, *value, tolerance.effect * value.abs());
+                    }
                 }
             }
             _ => {}

@@ -13,6 +13,7 @@ mod locate;
 mod measured;
 pub mod motion;
 pub mod noise;
+pub mod proposals;
 mod segments;
 pub mod selection;
 pub mod verdict;
@@ -26,7 +27,7 @@ use crate::machine::Machine;
 use crate::recording::{HeldOutRuns, Recording, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
-use fit::fit;
+use fit::{Care, fit};
 use noise::Floor;
 use selection::{Found, Search};
 use visibility::View;
@@ -99,14 +100,15 @@ impl<'a> Ready<'a> {
     }
 
     fn search(&self, options: &Options, earlier: Option<&Found>) -> Result<Found> {
-        let screen = motion::screen(&self.training, self.machine)?;
+        let constants = self.machine.constants();
+        let applies = |effect: &EffectId| effect.applies(&constants);
+        let catalogue: Vec<EffectId> = options.catalogue.iter().copied().filter(applies).collect();
         let search = Search {
             machine: self.machine,
             training: &self.training,
             held_out: &self.held_out,
             floor: &self.floor,
-            screen: &screen,
-            catalogue: options.catalogue,
+            catalogue: &catalogue,
             earlier,
             progress: options.progress,
         };
@@ -174,7 +176,8 @@ impl<'a> Ready<'a> {
                 chosen.machine(self.machine)?
             } else {
                 let warm = Some(chosen.values.as_slice());
-                fit(self.machine, &chosen.hypothesis, &rest, &self.floor, warm)?.machine(self.machine)?
+                fit(self.machine, &chosen.hypothesis, &rest, &self.floor, warm, Care::Thorough)?
+                    .machine(self.machine)?
             };
             before += Score::of(self.machine, &test, &self.floor)?.mean_square();
             after += Score::of(&machine, &test, &self.floor)?.mean_square();

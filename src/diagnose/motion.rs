@@ -1,7 +1,9 @@
 //! Motion read off a recorded run: smoothed velocity, acceleration, and the force that the twin lacks.
 
 use super::experiment::Experiment;
+use crate::base::BaseMotion;
 use crate::drive::motor::{Circuit, CircuitStep};
+use crate::effect::screening::Series;
 use crate::effect::{Constants, Screen};
 use crate::error::Result;
 use crate::machine::Machine;
@@ -20,6 +22,35 @@ pub struct Motion {
     pub missing_force: Vec<f64>,
     /// Motor effort in N or N·m, smoothed alike.
     pub motor_force: Vec<f64>,
+    /// As `missing_force`, with the motor's effort from its current or voltage even where thrust was measured.
+    pub missing_drive_force: Vec<f64>,
+    /// Motor effort from current or voltage alone.
+    pub drive_force: Vec<f64>,
+}
+
+/// Force that the base's motion takes: the moving part accelerates with the base beneath it.
+struct BaseShare {
+    motion: Option<BaseMotion>,
+    state: Vec<f64>,
+    velocity: f64,
+    mass: f64,
+    period_s: f64,
+}
+
+impl BaseShare {
+    fn new(constants: &Constants, period_s: f64) -> Self {
+        let motion = BaseMotion::new(&constants.modes, period_s).ok();
+        let state = vec![0.0; motion.as_ref().map_or(0, BaseMotion::state_len)];
+        Self { motion, state, velocity: 0.0, mass: constants.moving_mass, period_s }
+    }
+
+    /// m·Σ η̈ over the coming sample, with `driving` on the moving part and its opposite on the base.
+    fn force(&mut self, driving: f64) -> f64 {
+        let Some(motion) = &self.motion else { return 0.0 };
+        motion.advance(&mut self.state, -driving);
+        let before = std::mem::replace(&mut self.velocity, motion.velocity(&self.state));
+        self.mass * (self.velocity - before) / self.period_s
+    }
 }
 
 /// Half width of the smoothing window in s: parabolas over 2 × this pass what is slower than about 100 Hz.
@@ -41,37 +72,57 @@ impl Motion {
         let period = run.sample_period_s();
         let half = ((HALF_WIDTH_S / period).round() as usize).max(3);
         let [position, velocity, acceleration] = smooth(run.require(Signal::Position)?, half, period);
-        let motor_force = match motor_force(experiment, &constants) {
-            Some(force) => smooth(&force, half, period)[0].clone(),
-            None => Vec::new(),
+        let smoothed = |force: Option<Vec<f64>>| -> Vec<f64> {
+            force.map(|force| smooth(&force, half, period)[0].clone()).unwrap_or_default()
         };
+        let motor_force = smoothed(motor_force(experiment, &constants));
+        let drive_force = smoothed(drive_force(experiment, &constants));
         let effects = machine.effects();
-        let missing_force = motor_force
-            .iter()
-            .enumerate()
-            .map(|(k, force)| {
+        let lacking = |ripple: bool, forces: &[f64]| -> Vec<f64> {
+            let mut base = BaseShare::new(&constants, period);
+            let each = forces.iter().enumerate().map(|(k, force)| {
                 let (x, v) = (position[k], velocity[k]);
                 let own: f64 = effects
                     .iter()
                     .map(|effect| {
                         let sliding = effect.bristle().map_or(0.0, |bristle| bristle.force);
                         let drag = effect.resistance(v.signum(), v.abs()) + sliding;
-                        effect.push(x, v) + force * effect.ripple(x) - v.signum() * drag
+                        let rippled = if ripple { force * effect.ripple(x) } else { 0.0 };
+                        effect.push(x, v) + rippled - v.signum() * drag
                     })
                     .sum();
-                constants.moving_mass * acceleration[k] + constants.viscous * v - force - own
-            })
-            .collect();
-        Ok(Self { position, velocity, acceleration, missing_force, motor_force })
+                let driving = force + own - constants.viscous * v;
+                constants.moving_mass * acceleration[k] + base.force(driving) - driving
+            });
+            each.collect()
+        };
+        // Thrust that was measured has the motor's ripple in it already.
+        let measured_thrust = run.signal(Signal::Thrust).is_some();
+        let missing_force = lacking(!measured_thrust, &motor_force);
+        let missing_drive_force = lacking(true, &drive_force);
+        Ok(Self {
+            position,
+            velocity,
+            acceleration,
+            missing_force,
+            motor_force,
+            missing_drive_force,
+            drive_force,
+        })
     }
 }
 
 /// The motor's effort from the signal nearest to it: thrust, current, or the effort through the drive's model.
 fn motor_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
-    let run = experiment.run();
-    if let Some(thrust) = run.signal(Signal::Thrust) {
-        return Some(thrust.to_vec());
+    match experiment.run().signal(Signal::Thrust) {
+        Some(thrust) => Some(thrust.to_vec()),
+        None => drive_force(experiment, constants),
     }
+}
+
+/// The motor's effort from its current, or from the effort through the drive's model.
+fn drive_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
+    let run = experiment.run();
     match (&constants.circuit, run.signal(Signal::Current), run.signal(Signal::ControlEffort)) {
         (Circuit::Winding { force_constant, .. }, Some(current), _) => {
             Some(current.iter().map(|i| i * force_constant).collect())
@@ -157,6 +208,15 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         screen.acceleration.extend(thin(&motion.acceleration));
         screen.missing_force.extend(thin(&motion.missing_force));
         screen.motor_force.extend(thin(&motion.motor_force));
+        screen.drive_force.extend(thin(&motion.drive_force));
+        screen.missing_drive_force.extend(thin(&motion.missing_drive_force));
+        screen.runs.push(Series {
+            period_s: run.sample_period_s(),
+            velocity: motion.velocity.clone(),
+            acceleration: motion.acceleration.clone(),
+            motor_force: motion.motor_force.clone(),
+            missing_force: motion.missing_force.clone(),
+        });
         if let (true, Some(load), Some(position)) =
             (both_ends, run.signal(Signal::LoadPosition), run.signal(Signal::Position))
         {

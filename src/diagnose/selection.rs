@@ -2,14 +2,16 @@
 
 use super::evidence::{Score, bootstrap};
 use super::experiment::Experiment;
-use super::fit::{Fit, fit};
+use super::fit::{Care, Fit, Sensitivities, fit};
 use super::hypothesis::{EffectSet, Freedom, Hypothesis};
+use super::motion;
 use super::noise::Floor;
-use crate::effect::{EffectId, Screen};
+use super::proposals::Proposals;
+use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use rayon::prelude::*;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A hypothesis fitted on training runs and scored on held-out runs.
 #[derive(Debug, Clone)]
@@ -18,6 +20,8 @@ pub struct Candidate {
     pub fit: Fit,
     /// Its score on the held-out runs.
     pub score: Score,
+    /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
+    pub thorough: bool,
 }
 
 impl Candidate {
@@ -37,13 +41,11 @@ pub struct Search<'a> {
     pub held_out: &'a [Experiment],
     /// Noise floor.
     pub floor: &'a Floor,
-    /// Start values.
-    pub screen: &'a Screen,
     /// Effects that may be named.
     pub catalogue: &'a [EffectId],
     /// What an earlier search found with another floor: its fits are where this one's start.
     pub earlier: Option<&'a Found>,
-    /// Told after every fitted hypothesis.
+    /// Told after every fitted hypothesis, with its effects.
     pub progress: &'a (dyn Fn(&str) + Sync),
 }
 
@@ -57,6 +59,14 @@ pub struct Found {
     pub posterior: Vec<f64>,
     /// Effects that may be named.
     catalogue: Vec<EffectId>,
+    /// What fits that build on a candidate need of it.
+    bases: BTreeMap<usize, Base>,
+}
+
+/// What fits that build on a candidate need of it: its sensitivities, and where other effects start beside it.
+struct Base {
+    sensitivities: Sensitivities,
+    proposals: Proposals,
 }
 
 /// An effect more must be worth this much log-likelihood: a prior of 1 in 100 for each effect.
@@ -71,6 +81,10 @@ pub const ADEQUATE_GAP: f64 = 1.25;
 const MATERIAL_SHARE: f64 = 0.005;
 /// More effects than this are not named at once.
 const MOST_EFFECTS: usize = 5;
+/// Of the hypotheses of one round, so many are fitted to the end.
+const FINALISTS: usize = 4;
+/// A rough fit that gains less log-likelihood than this is left: the effect does not show.
+const LEAST_GAIN: f64 = 1.0;
 
 impl Search<'_> {
     /// Runs the search.
@@ -83,12 +97,17 @@ impl Search<'_> {
             chosen: 0,
             posterior: Vec::new(),
             catalogue: self.catalogue.to_vec(),
+            bases: BTreeMap::new(),
         };
-        self.add(&mut found, &[EffectSet::new()], None)?;
+        let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
+        let calibrated = nothing.map(|h| self.evaluate(&h, None, Care::Thorough)).transpose()?;
+        found.candidates.extend(calibrated);
         for _ in 0..MOST_EFFECTS {
             self.grow(&mut found, before)?;
             self.shrink(&mut found)?;
-            if !self.refine(&mut found, before)? {
+            let swapped = self.swap(&mut found, before)?;
+            let refined = self.refine(&mut found, before)?;
+            if !(swapped || refined) {
                 break;
             }
         }
@@ -96,59 +115,129 @@ impl Search<'_> {
         Ok(found)
     }
 
-    /// Fits and scores the sets that were not looked at yet; returns the indices of all of them.
-    fn add(&self, found: &mut Found, sets: &[EffectSet], from: Option<usize>) -> Result<Vec<usize>> {
-        let fresh: BTreeSet<&EffectSet> = sets.iter().filter(|set| found.index(set).is_none()).collect();
-        let fresh: Vec<&EffectSet> = fresh.into_iter().collect();
-        let known = from.map(|index| &found.candidates[index].fit);
-        let fitted: Result<Vec<Candidate>> = fresh.par_iter().map(|set| self.evaluate(set, known)).collect();
-        found.candidates.extend(fitted?);
-        Ok(sets.iter().filter_map(|set| found.index(set)).collect())
-    }
-
-    fn evaluate(&self, effects: &EffectSet, known: Option<&Fit>) -> Result<Candidate> {
-        let mut hypothesis = Hypothesis::new(self.machine, effects, self.screen);
-        if let Some(known) = known {
-            hypothesis.start_from(&known.hypothesis, &known.values);
-        }
-        let earlier = self.earlier.and_then(|found| found.index(effects).map(|k| &found.candidates[k].fit));
-        let warm = earlier.map(|fit| fit.values.as_slice());
-        let fit = fit(self.machine, &hypothesis, self.training, self.floor, warm)?;
-        let machine = fit.machine(self.machine)?;
-        let score = Score::of(&machine, self.held_out, self.floor)?;
-        let names: Vec<&str> = effects.iter().map(|e| e.name()).collect();
-        (self.progress)(&names.join(" + "));
-        Ok(Candidate { fit, score })
-    }
-
-    /// Adds the best elementary effect as long as that is beyond chance and material.
-    fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
-        while found.effects().len() < MOST_EFFECTS {
-            let current = found.effects().clone();
-            let taken: Vec<EffectId> = current.iter().flat_map(|e| e.supersedes()).copied().collect();
-            let sets: Vec<EffectSet> = self
-                .catalogue
-                .iter()
-                .filter(|e| e.supersedes().is_empty() && !current.contains(e) && !taken.contains(e))
-                .map(|e| current.iter().copied().chain([*e]).collect())
-                .collect();
-            let mut indices = self.add(found, &sets, Some(found.chosen))?;
-            indices.retain(|&index| found.is_resolved(index));
-            let Some(best) = found.best_of(&indices) else { break };
-            let real = found.beyond_chance(best, found.chosen);
-            if !real || !found.worth_naming(best, found.chosen, before) {
-                break;
-            }
-            found.chosen = best;
+    /// Makes a candidate ready to be built upon.
+    fn prepare(&self, found: &mut Found, index: usize) -> Result<()> {
+        if !found.bases.contains_key(&index) {
+            let fit = &found.candidates[index].fit;
+            let machine = fit.machine(self.machine)?;
+            let sensitivities = Sensitivities::of(self.machine, fit, self.training, self.floor)?;
+            let screen = motion::screen(self.training, &machine)?;
+            let effects = self.catalogue.iter().copied();
+            let others = effects.filter(|e| !fit.hypothesis.effects.contains(e));
+            let proposals = Proposals::of(&screen, others);
+            found.bases.insert(index, Base { sensitivities, proposals });
         }
         Ok(())
+    }
+
+    /// Looks at sets of effects, building on a candidate: those not looked at yet are fitted roughly, the best of
+    /// all of them to the end. Returns the indices of those that can be looked at.
+    fn explore(&self, found: &mut Found, sets: &[EffectSet], from: usize) -> Result<Vec<usize>> {
+        self.prepare(found, from)?;
+        let fresh: BTreeSet<&EffectSet> = sets.iter().filter(|set| found.index(set).is_none()).collect();
+        let base = &found.bases[&from];
+        let known = &found.candidates[from].fit;
+        let hypotheses: Vec<Hypothesis> =
+            fresh.into_iter().filter_map(|set| self.hypothesis(set, base, known)).collect();
+        let rough = Care::Rough(&base.sensitivities);
+        let fitted: Result<Vec<Candidate>> =
+            hypotheses.par_iter().map(|hypothesis| self.evaluate(hypothesis, None, rough)).collect();
+        found.candidates.extend(fitted?);
+        let indices: Vec<usize> = sets.iter().filter_map(|set| found.index(set)).collect();
+        self.finish(found, &indices, from)?;
+        Ok(indices)
+    }
+
+    fn hypothesis(&self, set: &EffectSet, base: &Base, known: &Fit) -> Option<Hypothesis> {
+        let earlier = self.earlier.and_then(|found| found.index(set).map(|k| &found.candidates[k].fit));
+        let fits: Vec<(&Hypothesis, &[f64])> =
+            earlier.into_iter().chain([known]).map(|fit| (&fit.hypothesis, fit.values.as_slice())).collect();
+        Hypothesis::new(self.machine, set, &base.proposals, &fits)
+    }
+
+    /// Fits to the end those of the candidates that may matter.
+    fn finish(&self, found: &mut Found, indices: &[usize], from: usize) -> Result<()> {
+        let own = found.likelihood(from);
+        let smaller = |k: usize| found.candidates[k].effects().len() < found.candidates[from].effects().len();
+        let mut open: Vec<usize> = indices
+            .iter()
+            .copied()
+            .filter(|&k| !found.candidates[k].thorough)
+            .filter(|&k| smaller(k) || found.likelihood(k) > own + LEAST_GAIN)
+            .collect();
+        open.sort_by(|&a, &b| found.merit(b).total_cmp(&found.merit(a)));
+        open.dedup();
+        open.truncate(FINALISTS);
+        let better: Result<Vec<Candidate>> = open
+            .par_iter()
+            .map(|&k| {
+                let fit = &found.candidates[k].fit;
+                self.evaluate(&fit.hypothesis, Some(&fit.values), Care::Thorough)
+            })
+            .collect();
+        for (k, candidate) in open.into_iter().zip(better?) {
+            found.candidates[k] = candidate;
+        }
+        Ok(())
+    }
+
+    fn evaluate(&self, hypothesis: &Hypothesis, warm: Option<&[f64]>, care: Care) -> Result<Candidate> {
+        let fit = fit(self.machine, hypothesis, self.training, self.floor, warm, care)?;
+        let machine = fit.machine(self.machine)?;
+        let score = Score::of(&machine, self.held_out, self.floor)?;
+        let names: Vec<&str> = hypothesis.effects.iter().map(|e| e.name()).collect();
+        (self.progress)(&names.join(" + "));
+        Ok(Candidate { fit, score, thorough: matches!(care, Care::Thorough) })
+    }
+
+    /// Adds the best elementary effect as long as that is beyond chance and material; a law that generalises others
+    /// only where it leaves nothing open and no elementary effect does.
+    fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
+        while found.effects().len() < MOST_EFFECTS {
+            let sets = self.larger(found.effects(), |e| e.supersedes().is_empty());
+            let mut indices = self.explore(found, &sets, found.chosen)?;
+            indices.retain(|&index| found.is_resolved(index));
+            let mut next = found.best_of(&indices).filter(|&best| found.may_follow(best, before));
+            if next.is_none_or(|best| !found.is_adequate(best)) {
+                let laws = self.replacing(found.effects());
+                let indices = self.explore(found, &laws, found.chosen)?;
+                let best = found.best_of(&indices).filter(|&best| found.is_adequate(best));
+                if let Some(best) = best.filter(|&best| found.may_follow(best, before)) {
+                    if self.all_needed(found, best)? {
+                        next = Some(best);
+                    }
+                }
+            }
+            match next {
+                Some(best) => found.chosen = best,
+                None => break,
+            }
+        }
+        Ok(())
+    }
+
+    /// The set with one effect more, of those that `wanted` lets through and that can act beside it.
+    fn larger(&self, set: &EffectSet, wanted: impl Fn(EffectId) -> bool) -> Vec<EffectSet> {
+        let fits =
+            |e: &&EffectId| wanted(**e) && !set.contains(e) && set.iter().all(|own| !own.excludes(**e));
+        self.catalogue.iter().filter(fits).map(|e| set.iter().copied().chain([*e]).collect()).collect()
+    }
+
+    /// The set with a law that generalises others in their place, for each such law.
+    fn replacing(&self, set: &EffectSet) -> Vec<EffectSet> {
+        let laws = self.catalogue.iter().filter(|e| !e.supersedes().is_empty() && !set.contains(e));
+        laws.map(|law| {
+            let rest = set.iter().copied().filter(|e| !law.excludes(*e));
+            rest.chain([*law]).collect()
+        })
+        .collect()
     }
 
     /// Takes away effects that the others make superfluous.
     fn shrink(&self, found: &mut Found) -> Result<()> {
         while found.effects().len() > 1 {
             let smaller = subsets(found.effects());
-            let indices = self.add(found, &smaller, Some(found.chosen))?;
+            let indices = self.explore(found, &smaller, found.chosen)?;
             let Some(best) = found.best_of(&indices) else { break };
             if found.beyond_chance(found.chosen, best) {
                 break;
@@ -158,30 +247,70 @@ impl Search<'_> {
         Ok(())
     }
 
+    /// Puts every other effect in the place of each chosen one: what was found first may only have stood for another.
+    fn swap(&self, found: &mut Found, before: &Score) -> Result<bool> {
+        let chosen = found.effects().clone();
+        if chosen.len() < 2 {
+            return Ok(false);
+        }
+        for rest in subsets(&chosen) {
+            let Some(from) = found.index(&rest) else { continue };
+            let sets = self.larger(&rest, |e| e.supersedes().is_empty());
+            self.explore(found, &sets, from)?;
+        }
+        let rivals: Vec<usize> = (0..found.candidates.len())
+            .filter(|&k| found.candidates[k].effects().len() <= chosen.len())
+            .collect();
+        let best = found.best_of(&rivals).filter(|&best| {
+            let laws = found.candidates[best]
+                .effects()
+                .iter()
+                .all(|e| e.supersedes().is_empty() || chosen.contains(e));
+            laws && found.merit(best) > found.merit(found.chosen) + LEAST_GAIN
+                && found.candidates[best].thorough
+                && found.is_resolved(best)
+                && !found.loses_ground(best, before)
+        });
+        if let Some(best) = best {
+            found.chosen = best;
+        }
+        Ok(best.is_some())
+    }
+
     /// Tries laws that take over several elementary effects, alone and beside the rest.
     fn refine(&self, found: &mut Found, before: &Score) -> Result<bool> {
-        for &law in self.catalogue.iter().filter(|e| !e.supersedes().is_empty()) {
-            let current = found.effects().clone();
-            if current.contains(&law) {
-                continue;
-            }
-            let rest: EffectSet = current.iter().filter(|e| !law.supersedes().contains(e)).copied().collect();
-            let full: EffectSet = rest.iter().copied().chain([law]).collect();
+        for full in self.replacing(&found.effects().clone()) {
+            let Some(&law) = full.iter().find(|e| !found.effects().contains(e)) else { continue };
             let mut sets = subsets(&full);
             sets.retain(|set| set.contains(&law));
             sets.extend([full, EffectSet::from([law])]);
-            let indices = self.add(found, &sets, Some(found.chosen))?;
+            let indices = self.explore(found, &sets, found.chosen)?;
             let Some(best) = found.best_of(&indices) else { continue };
-            let plain = found.plain(best, law);
-            self.add(found, &[plain], Some(found.chosen))?;
-            let needed = found.is_needed(best, law);
             let better = found.merit(best) > found.merit(found.chosen);
-            if needed && better && found.worth_naming(best, found.chosen, before) {
+            if better && found.worth_naming(best, found.chosen, before) && self.all_needed(found, best)? {
                 found.chosen = best;
                 return Ok(true);
             }
         }
         Ok(false)
+    }
+
+    /// Whether every law of a candidate that generalises others is needed, the plain sets looked at first.
+    fn all_needed(&self, found: &mut Found, index: usize) -> Result<bool> {
+        let laws: Vec<EffectId> = found.candidates[index]
+            .effects()
+            .iter()
+            .copied()
+            .filter(|e| !e.supersedes().is_empty())
+            .collect();
+        for law in laws {
+            let plain = found.plain(index, law);
+            self.explore(found, &[plain], found.chosen)?;
+            if !found.is_needed(index, law) {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 }
 
@@ -205,15 +334,37 @@ impl Found {
         reference(&self.candidates)
     }
 
+    fn likelihood(&self, index: usize) -> f64 {
+        self.candidates[index].score.log_likelihoods(self.reference()).iter().sum()
+    }
+
     /// Log-likelihood less the price of the effects.
     fn merit(&self, index: usize) -> f64 {
-        let total: f64 = self.candidates[index].score.log_likelihoods(self.reference()).iter().sum();
-        total - PRICE_PER_EFFECT * self.candidates[index].effects().len() as f64
+        self.likelihood(index) - price(self.candidates[index].effects())
+    }
+
+    fn is_adequate(&self, index: usize) -> bool {
+        self.candidates[index].score.gap() <= ADEQUATE_GAP
+    }
+
+    /// Whether a candidate may take the chosen one's place.
+    fn may_follow(&self, index: usize, before: &Score) -> bool {
+        index != self.chosen
+            && self.candidates[index].thorough
+            && self.is_resolved(index)
+            && self.beyond_chance(index, self.chosen)
+            && self.worth_naming(index, self.chosen, before)
+    }
+
+    /// Whether a candidate leaves more open than the chosen one, by as much as is worth naming.
+    fn loses_ground(&self, index: usize, before: &Score) -> bool {
+        self.worth_naming(self.chosen, index, before) && !self.is_adequate(index)
     }
 
     /// A candidate's effects with what a law generalises in the law's place, as far as that may be named.
     fn plain(&self, index: usize, law: EffectId) -> EffectSet {
         let general = law.supersedes().iter().filter(|e| self.catalogue.contains(e));
+        // Effects that the law stands in for wholly: the plain set has them instead.
         self.candidates[index].effects().iter().filter(|e| **e != law).chain(general).copied().collect()
     }
 
@@ -271,12 +422,18 @@ impl Found {
         gains.iter().sum::<f64>() > price && paid as f64 >= CERTAIN * draws.len() as f64
     }
 
-    /// Whether the step from `b` to `a` matters: it makes the explanation adequate, or closes a material share.
+    /// Whether the step from `b` to `a` matters: it makes an inadequate explanation adequate, or closes a material share.
     fn worth_naming(&self, a: usize, b: usize, before: &Score) -> bool {
         let (after, now) = (&self.candidates[a].score, &self.candidates[b].score);
         let gained = now.mean_square() - after.mean_square();
-        after.gap() <= ADEQUATE_GAP || gained >= MATERIAL_SHARE * (before.mean_square() - 1.0)
+        let settles = after.gap() <= ADEQUATE_GAP && now.gap() > ADEQUATE_GAP;
+        settles || gained >= MATERIAL_SHARE * (before.mean_square() - 1.0)
     }
+}
+
+/// What a set of effects must be worth in log-likelihood.
+pub fn price(effects: &EffectSet) -> f64 {
+    effects.iter().map(|effect| PRICE_PER_EFFECT + effect.rarity()).sum()
 }
 
 fn reference(candidates: &[Candidate]) -> &Score {
@@ -311,7 +468,7 @@ fn posterior(found: &Found, before: &Score) -> Vec<f64> {
                     return f64::NEG_INFINITY;
                 }
                 let likelihood: f64 = block.iter().zip(&weights).map(|(l, w)| l * w).sum();
-                likelihood - PRICE_PER_EFFECT * candidate.effects().len() as f64
+                likelihood - price(candidate.effects())
             })
             .collect();
         let most = merits.iter().copied().fold(f64::MIN, f64::max);

@@ -1,6 +1,6 @@
 //! What the recorded signals can show at all: effects that leave no trace in any replay are left out of the search.
 
-use super::check::Finding;
+use super::check::{Check, Finding, Severity};
 use super::experiment::Experiment;
 use crate::effect::{EffectId, Site};
 use crate::machine::Machine;
@@ -104,6 +104,8 @@ pub fn findings(experiments: &[Experiment]) -> Vec<Finding> {
         let (run, input) = (experiment.run(), experiment.input()?);
         Some(Finding {
             run: run.name().to_string(),
+            check: Check::MissingSignal,
+            severity: Severity::Note,
             message: format!(
                 "Controller or position reference are not known: replayed in windows, driven by the measured {}, each from the measured state.",
                 input.signal().word(run.motion())

@@ -26,6 +26,8 @@ impl Law for AmplifierOffset {
     const SITE: Site = Site::Amplifier;
     const PHRASE: &'static str = "an offset of the amplifier";
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("offset_v", "V")];
+    // Amplifiers are trimmed; weight and cables are not.
+    const RARITY: f64 = 1.5;
     const CUMULATIVE: bool = true;
 
     fn fault(&self) -> Option<String> {

@@ -52,6 +52,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::CUMULATIVE,)+ }
             }
 
+            /// See [`Law::RARITY`].
+            pub fn rarity(self) -> f64 {
+                match self { $(Self::$law => <$law as Law>::RARITY,)+ }
+            }
+
             /// What the effect is, in a phrase.
             pub fn phrase(self) -> &'static str {
                 match self { $(Self::$law => <$law as Law>::PHRASE,)+ }

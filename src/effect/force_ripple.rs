@@ -66,9 +66,9 @@ impl Law for ForceRipple {
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         let scaled = |rate: f64, m: super::periodogram::Moment| {
-            columns(rate, m).map(|column| column * m.motor_force).to_vec()
+            columns(rate, m).map(|column| column * m.drive_force).to_vec()
         };
-        let found = pitches(screen, &screen.missing_force, scaled, 3);
+        let found = pitches(screen, &screen.missing_drive_force, scaled, 3);
         let bounded = |share: f64| share.clamp(-0.5, 0.5);
         found
             .into_iter()

@@ -145,6 +145,9 @@ pub trait Law: Sized {
     const PHRASE: &'static str;
     /// Effects whose say it takes over.
     const SUPERSEDES: &'static [EffectId] = &[];
+    /// How much rarer than others it is, as the logarithm of odds: what decides where data cannot, because the law
+    /// is another one's equal on them.
+    const RARITY: f64 = 0.0;
     /// The doors that it overrides.
     const DOORS: &'static [Door] = &[];
 

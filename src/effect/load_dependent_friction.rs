@@ -27,6 +27,8 @@ impl Law for LoadDependentFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "friction in proportion to the sliders' loads";
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1")];
+    // Where the loads do not change it is Coulomb friction, which says the same with less.
+    const RARITY: f64 = 3.0;
     const DOORS: &'static [Door] = &[Door::Load];
 
     fn applies(constants: &Constants) -> bool {

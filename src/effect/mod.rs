@@ -40,6 +40,7 @@ pub mod payload;
 pub mod periodogram;
 pub mod presliding;
 mod reading_error;
+mod resonance;
 pub mod screening;
 pub mod screw_error;
 pub mod stribeck_friction;

@@ -13,8 +13,8 @@ pub struct Moment {
     pub velocity: f64,
     /// Acceleration.
     pub acceleration: f64,
-    /// Motor force or torque.
-    pub motor_force: f64,
+    /// Motor force or torque from current or voltage.
+    pub drive_force: f64,
 }
 
 /// A pitch with the coefficients that belong to its columns.
@@ -93,14 +93,14 @@ impl Grid {
         if chosen.len() < 40 {
             return None;
         }
-        let force = |k: usize| screen.motor_force.get(k).copied().unwrap_or(0.0);
+        let force = |k: usize| screen.drive_force.get(k).copied().unwrap_or(0.0);
         let moments: Vec<Moment> = chosen
             .iter()
             .map(|&k| Moment {
                 position: screen.position[k],
                 velocity: screen.velocity[k],
                 acceleration: screen.acceleration[k],
-                motor_force: force(k),
+                drive_force: force(k),
             })
             .collect();
         let base = DMatrix::from_fn(moments.len(), 4, |row, column| match column {

@@ -3,6 +3,21 @@
 use super::Constants;
 use nalgebra::{DMatrix, DVector};
 
+/// One run, sample by sample, in SI.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Series {
+    /// Sample period in s.
+    pub period_s: f64,
+    /// Velocity.
+    pub velocity: Vec<f64>,
+    /// Acceleration.
+    pub acceleration: Vec<f64>,
+    /// Motor effort, empty where no signal tells it.
+    pub motor_force: Vec<f64>,
+    /// Missing force, empty where no signal tells the motor's effort.
+    pub missing_force: Vec<f64>,
+}
+
 /// Motion and missing force along the training runs, thinned to a few thousand samples.
 ///
 /// `missing_force` is what acts on the real moving part but not in the twin:
@@ -22,6 +37,12 @@ pub struct Screen {
     pub missing_force: Vec<f64>,
     /// Motor effort in N or N·m along the same samples, empty like the missing force.
     pub motor_force: Vec<f64>,
+    /// Motor effort from current or voltage alone, where thrust was measured too.
+    pub drive_force: Vec<f64>,
+    /// Missing force with that effort: it has in it what lies between current and thrust.
+    pub missing_drive_force: Vec<f64>,
+    /// The runs whole, for what has a memory.
+    pub runs: Vec<Series>,
     /// Load position less encoder position, where both ends of the drive train have their own sensor.
     pub load_difference: Vec<f64>,
     /// Largest motor effort of the runs, N or N·m; bounds what a force can plausibly be.

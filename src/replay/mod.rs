@@ -2,6 +2,7 @@
 
 mod cell;
 pub mod excitation;
+pub mod feedforward;
 mod figures;
 pub mod recorded;
 pub mod recording;
@@ -10,6 +11,7 @@ pub mod stroke;
 pub mod windows;
 
 pub use cell::Cell;
+pub use feedforward::Feedforward;
 pub use figures::{Figures, SETTLING_BAND};
 pub use recorded::Recorded;
 pub use simulation::{PlantChoice, run_seed, simulate};

@@ -176,6 +176,11 @@ impl Recorded {
 
     /// Replays the run in closed loop on a plant.
     pub fn replay<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
+        run(&mut self.twin(machine, plant, sensing), self.commands.iter().copied(), |_| ())
+    }
+
+    /// The twin as the run finds it: moved to the start, its controller taken over.
+    pub(super) fn twin<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Twin<P> {
         let mut twin = Twin::new(machine, plant, sensing);
         let Start { position, velocity, effort_v, reading, load_position, .. } = self.start;
         let on_load = machine.description().load_sensor.as_ref().is_some_and(|s| s.closes_position_loop);
@@ -195,6 +200,6 @@ impl Recorded {
             twin.take_over(effort_v - first.disturbance_v, input);
         }
         twin.set_current(self.start.current_a(&machine.constants()));
-        run(&mut twin, self.commands.iter().copied(), |_| ())
+        twin
     }
 }

@@ -29,9 +29,13 @@ impl fmt::Display for PlantChoice {
     }
 }
 
-/// Lets the machine follow a sampled position reference from standstill at position 0, its loop closed.
+/// The axis has stood at the first reference for so long before a simulated run begins, in s: drives and integrators
+/// have settled against whatever pushes, as on a real machine.
+const STOOD_S: f64 = 2.0;
+
+/// Lets the machine follow a sampled position reference from standstill, its loop closed.
 ///
-/// `each` is told after every sample how many are done.
+/// Before the first sample it has stood at the first reference for [`STOOD_S`] s. `each` is told after every sample how many are done.
 ///
 /// # Errors
 /// A machine without a controller, a reference beyond the joint's limits, or what the scene refuses.
@@ -52,13 +56,18 @@ pub fn simulate(
     }
     check_travel(machine, reference)?;
     let period_s = machine.description().sample_period_s;
+    let periods = (STOOD_S / period_s).round() as usize;
+    let standing = vec![reference.first().copied().unwrap_or(0.0); periods];
     Ok(match plant {
         PlantChoice::Rapier => {
-            run(&mut Twin::new(machine, Rig::new(machine)?, sensing), follow(reference, period_s), each)
+            let mut twin = Twin::new(machine, Rig::new(machine)?, sensing);
+            run(&mut twin, follow(&standing, period_s), |_| ());
+            run(&mut twin, follow(reference, period_s), each)
         }
         PlantChoice::Axis => {
-            let axis = Axis::of(&machine.constants());
-            run(&mut Twin::new(machine, axis, sensing), follow(reference, period_s), each)
+            let mut twin = Twin::new(machine, Axis::of(&machine.constants()), sensing);
+            run(&mut twin, follow(&standing, period_s), |_| ());
+            run(&mut twin, follow(reference, period_s), each)
         }
     })
 }

@@ -4,10 +4,13 @@ use super::Style;
 use super::layout::{Align, INDENT, Ink, Table, columns, paragraph, wrap};
 use super::number::{interval, toml_number, twin, with_interval};
 use crate::diagnose::Verdict;
+use crate::diagnose::check::{Check, Finding, Severity};
 use crate::diagnose::verdict::Diagnosis;
 
 /// Runs that are named before the rest is only counted.
 const RUNS: usize = 4;
+/// Sentences about one kind of finding before the rest is only counted.
+const SENTENCES: usize = 3;
 
 /// Constants moved inside their tolerance; those at its edge are flagged.
 pub(super) fn calibration(diagnosis: &Diagnosis, style: Style) -> String {
@@ -38,36 +41,70 @@ pub(super) fn calibration(diagnosis: &Diagnosis, style: Style) -> String {
     out
 }
 
-/// What was noticed in the data, each once, with the runs it concerns.
+/// What was noticed in the data: warnings first, each sentence once with the runs it concerns.
 pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
-    let mut messages: Vec<(&str, Vec<&str>)> = Vec::new();
+    let mut sentences: Vec<(&Finding, Vec<&str>)> = Vec::new();
     for finding in &diagnosis.checks {
-        let place = match messages.iter().position(|(message, _)| *message == finding.message) {
+        let place = match sentences.iter().position(|(first, _)| first.message == finding.message) {
             Some(place) => place,
             None => {
-                messages.push((&finding.message, Vec::new()));
-                messages.len() - 1
+                sentences.push((finding, Vec::new()));
+                sentences.len() - 1
             }
         };
         if !finding.run.is_empty() {
-            messages[place].1.push(&finding.run);
+            sentences[place].1.push(&finding.run);
         }
     }
-    if messages.is_empty() {
+    if sentences.is_empty() {
         return String::new();
     }
+    sentences.sort_by_key(|(finding, _)| finding.severity);
     let count = diagnosis.data.training.len() + diagnosis.data.held_out.len();
     let mut out = style.heading("NOTICED IN THE DATA", "");
-    for (message, runs) in messages {
-        let text = match runs_text(&runs, count) {
-            Some(runs) => format!("{message} ({runs})"),
-            None => message.to_owned(),
+    let mut said: Vec<(Check, usize)> = Vec::new();
+    for (finding, runs) in &sentences {
+        said.push((finding.check, runs.len().max(1)));
+        if said.iter().filter(|(check, _)| *check == finding.check).count() > SENTENCES {
+            continue;
+        }
+        let text = match runs_text(runs, count) {
+            Some(runs) => format!("{} ({runs})", finding.message),
+            None => finding.message.clone(),
         };
-        for (row, line) in wrap(&text, style.width - columns(INDENT) - 2).iter().enumerate() {
-            out += &format!("{INDENT}{} {line}\n", if row == 0 { "·" } else { " " });
+        out += &item(&text, finding.severity, style);
+    }
+    out += &unsaid(&said, style);
+    out
+}
+
+/// How often something like what was already said occurs beyond that.
+fn unsaid(said: &[(Check, usize)], style: Style) -> String {
+    let mut counts: Vec<(Check, Vec<usize>)> = Vec::new();
+    for (check, runs) in said {
+        match counts.iter_mut().find(|(known, _)| known == check) {
+            Some((_, all)) => all.push(*runs),
+            None => counts.push((*check, vec![*runs])),
         }
     }
-    out
+    let more: usize = counts.iter().flat_map(|(_, all)| all.iter().skip(SENTENCES)).sum();
+    if more == 0 {
+        return String::new();
+    }
+    item(&format!("And the like {more} more times; --json FILE lists them all."), Severity::Note, style)
+}
+
+/// A sentence of a list; warnings are marked.
+fn item(text: &str, severity: Severity, style: Style) -> String {
+    let mark = match severity {
+        Severity::Warning => style.ink(Ink::Warning, "!"),
+        Severity::Note => "·".to_owned(),
+    };
+    let lines = wrap(text, style.width - columns(INDENT) - 2);
+    let row = |(row, line): (usize, &String)| {
+        format!("{INDENT}{} {line}\n", if row == 0 { mark.as_str() } else { " " })
+    };
+    lines.iter().enumerate().map(row).collect()
 }
 
 fn runs_text(runs: &[&str], count: usize) -> Option<String> {

@@ -1,0 +1,141 @@
+//! Checks of the data before anything is solved: each finding in the words that a user needs.
+//!
+//! # Design
+//! One concern a file. A check says only what the data show by themselves or against relations that hold
+//! whatever the twin lacks: a velocity is the slope of its position, an effort is what the control law makes of
+//! the readings, a mass is positive. What is merely predicted badly is no finding; that is the diagnosis' task.
+
+mod alignment;
+mod clipping;
+mod excitation;
+mod inertia;
+mod late;
+mod law;
+mod missing;
+mod projection;
+mod second_sensor;
+mod shift;
+mod sign;
+mod smoothed;
+mod stuck;
+mod timing;
+mod travel;
+mod unit;
+
+use super::experiment::Experiment;
+use crate::machine::Machine;
+use rayon::prelude::*;
+use serde::Serialize;
+use smoothed::Smoothed;
+
+/// What a finding is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Check {
+    /// Samples that were not taken at an even pace.
+    TimingJitter,
+    /// Samples that are missing.
+    GapInTime,
+    /// A signal that ran into a limit.
+    Clipping,
+    /// A signal that does not change while the axis is told to move.
+    StuckChannel,
+    /// A signal that was sampled more slowly and held in between.
+    HeldChannel,
+    /// A reference that never moves.
+    NoMotion,
+    /// A reference that moves in one direction only.
+    MissingReversal,
+    /// Motion that leaves parameters open.
+    WeakExcitation,
+    /// A recorded channel that is late, as opposed to a loop that is.
+    ChannelDelay,
+    /// A column with the wrong sign.
+    SwappedSign,
+    /// A column in another unit than stated.
+    ImplausibleUnit,
+    /// Two position sensors that count from different zeros.
+    SensorOffset,
+    /// A signal that was not logged, and what cannot be told without it.
+    MissingSignal,
+}
+
+/// How much a finding matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Severity {
+    /// The verdict may be wrong because of it.
+    Warning,
+    /// It limits what can be told.
+    Note,
+}
+
+/// Something about the data that limits or colours what can be told from them.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Finding {
+    /// The run concerned; empty for the recording as a whole.
+    pub run: String,
+    /// What it is about.
+    pub check: Check,
+    /// How much it matters.
+    pub severity: Severity,
+    /// What was found and what follows, as a sentence.
+    pub message: String,
+}
+
+impl Finding {
+    fn new(run: &str, check: Check, severity: Severity, message: impl Into<String>) -> Self {
+        Self { run: run.to_owned(), check, severity, message: message.into() }
+    }
+
+    fn warning(run: &str, check: Check, message: impl Into<String>) -> Self {
+        Self::new(run, check, Severity::Warning, message)
+    }
+
+    fn note(run: &str, check: Check, message: impl Into<String>) -> Self {
+        Self::new(run, check, Severity::Note, message)
+    }
+}
+
+/// Looks through the runs: findings of each run in turn, then those of the recording as a whole.
+pub fn check(machine: &Machine, training: &[Experiment], held_out: &[Experiment]) -> Vec<Finding> {
+    let all: Vec<&Experiment> = training.iter().chain(held_out).collect();
+    let looked: Vec<Look> = all.par_iter().map(|experiment| Look::at(experiment, machine)).collect();
+    let late = alignment::consensus(looked.iter().map(|look| look.late.as_slice()));
+    let mut findings = Vec::new();
+    for ((experiment, look), late) in all.iter().zip(&looked).zip(late) {
+        findings.extend(look.findings.iter().cloned());
+        findings.extend(late.iter().map(|late| late.finding(experiment.run())));
+    }
+    findings.extend(travel::of_recording(training));
+    let smoothed: Vec<&Smoothed> = looked[..training.len()].iter().map(|look| &look.smoothed).collect();
+    findings.extend(excitation::excitation(machine, training, &smoothed));
+    findings.extend(missing::missing(&all));
+    findings
+}
+
+/// What one run shows.
+struct Look {
+    findings: Vec<Finding>,
+    late: Vec<late::Late>,
+    smoothed: Smoothed,
+}
+
+impl Look {
+    fn at(experiment: &Experiment, machine: &Machine) -> Self {
+        let run = experiment.run();
+        // A setting that the machine does not have is refused where the run is replayed.
+        let machine = &experiment.machine(machine).unwrap_or_else(|_| machine.clone());
+        let smoothed = Smoothed::of(experiment);
+        let mut findings = timing::timing(run);
+        findings.extend(travel::of_run(experiment));
+        findings.extend(stuck::stuck(experiment));
+        findings.extend(clipping::clipping(experiment, machine));
+        let signs = sign::Signs::of(machine, &smoothed);
+        findings.extend(signs.findings(run));
+        findings.extend(unit::unit(run, machine, &smoothed));
+        findings.extend(second_sensor::offset(run, machine));
+        let late = if signs.position_is_swapped() { Vec::new() } else { alignment::late(machine, &smoothed) };
+        Self { findings, late, smoothed }
+    }
+}

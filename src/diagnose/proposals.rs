@@ -1,0 +1,37 @@
+//! Starting values and ranges for every effect, from one look at the motion.
+
+use crate::effect::{EffectId, Screen};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Where a fit of one effect begins and how far it may look.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Proposal {
+    /// Starting values: one or several sets; none where the data show nothing to start from.
+    pub starts: Vec<Vec<f64>>,
+    /// Range of each parameter.
+    pub ranges: Vec<(f64, f64)>,
+}
+
+/// The proposals for a set of effects, all from the same screening.
+#[derive(Debug, Clone, Default)]
+pub struct Proposals(BTreeMap<EffectId, Proposal>);
+
+impl Proposals {
+    /// Screens for these effects, in parallel.
+    pub fn of(screen: &Screen, effects: impl IntoIterator<Item = EffectId>) -> Self {
+        let effects: Vec<EffectId> = effects.into_iter().collect();
+        let propose = |&effect: &EffectId| {
+            let ranges = effect.range(screen);
+            let sound = |start: &Vec<f64>| start.iter().all(|value| value.is_finite());
+            let starts = effect.start(screen).into_iter().filter(sound).collect();
+            (effect, Proposal { starts, ranges })
+        };
+        Self(effects.par_iter().map(propose).collect())
+    }
+
+    /// The proposal for one effect; none where it was not screened for or the data show nothing to start from.
+    pub fn get(&self, effect: EffectId) -> Option<&Proposal> {
+        self.0.get(&effect).filter(|proposal| !proposal.starts.is_empty())
+    }
+}
