@@ -178,6 +178,9 @@ fn report(name: &str, d: &Diagnosis) {
         d.gap.closed,
         d.place.segment.iter().map(|s| format!("{} {:.4}", s.name, s.share)).collect::<Vec<_>>()
     );
+    for c in &d.calibration {
+        println!("   calibration {} = {:.5} {:?}", c.path, c.parameter.value, c.parameter.ci95);
+    }
     for r in d.ranking.iter().take(3) {
         println!("   {:?} p={:.4} G={:.3}", r.effects, r.probability, r.held_out_gap);
     }
