@@ -149,6 +149,17 @@ const LEAST_SLOPE: f64 = 1e-3;
 /// Fixed-point steps with which a reading is traced back to a position.
 const MOST_INVERSIONS: usize = 12;
 
+/// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown`; every play
+/// begins at its middle.
+pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
+    let laws = Laws::of(machine);
+    let place = |&reading: &f64| {
+        if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
+    };
+    let mut memory = vec![shown.first().map_or(0.0, place); laws.transmissions.len()];
+    shown.iter().map(|reading| laws.transmit(place(reading), &mut memory)).collect()
+}
+
 /// A machine's twin on one plant: configuration and everything that moves.
 #[derive(Debug)]
 pub struct Twin<P> {

@@ -32,6 +32,8 @@ impl Fit {
 }
 
 const MOST_ITERATIONS: usize = 25;
+/// Damping below which a step is that of Gauss and Newton.
+const LEAST_DAMPING: f64 = 1e-9;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
 const ROUGH_ITERATIONS: usize = 8;
 /// Relative fall of the sum of squares below which a rough fit has arrived.
@@ -381,8 +383,12 @@ fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Ve
             if trial_cost < cost {
                 let fall = (cost - trial_cost) / cost;
                 (values, residuals) = (moved, trial);
-                damping = (damping * 0.2).max(1e-9);
-                improved = fall > care.arrived();
+                // A narrow valley, in which numbers compensate each other, is walked along only by a step that is hardly
+                // damped: a fit has arrived when that one falls no further.
+                let arrived = fall <= care.arrived();
+                let damped = damping > LEAST_DAMPING && matches!(care, Care::Thorough);
+                improved = !arrived || damped;
+                damping = if arrived { LEAST_DAMPING } else { (damping * 0.2).max(LEAST_DAMPING) };
                 break;
             }
             damping *= 4.0;

@@ -13,6 +13,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::sensor::{End, VelocityMemory};
+use crate::twin::load_positions;
 use rayon::prelude::*;
 
 /// Shares of the gap by stretch of the signal path, in hardware order.
@@ -188,24 +189,8 @@ const STILL_SHARE: f64 = 0.02;
 
 /// Reading of the load's sensor less what the twin's drive train makes of the encoder's; its zero is its own.
 fn drive_train(machine: &Machine, position: &[f64], load: &[f64]) -> Stretch {
-    let effects = machine.effects();
-    let read = |x: f64| effects.iter().fold(x, |reading, effect| effect.read(reading));
     let is_motor = machine.description().encoder.end == End::Motor;
-    let mut behind = vec![position.first().copied().unwrap_or(0.0); effects.len()];
-    let modelled: Vec<f64> = position
-        .iter()
-        .map(|&shown| {
-            // Errors of a reading are small: one step back from what is shown is its place.
-            let place = shown - (read(shown) - shown);
-            if !is_motor {
-                return place;
-            }
-            effects.iter().zip(&mut behind).fold(place, |x, (effect, last)| {
-                *last = effect.transmit(x, *last);
-                *last
-            })
-        })
-        .collect();
+    let modelled = if is_motor { load_positions(machine, position) } else { position.to_vec() };
     let residual = difference(load, &modelled);
     let zero = residual.iter().sum::<f64>() / residual.len().max(1) as f64;
     let name = if is_motor { "structure+sensor" } else { "sensor" };

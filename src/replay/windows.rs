@@ -9,7 +9,8 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::Plant;
 use crate::recording::{Run, Signal};
-use crate::twin::{Command, Sensing, Twin};
+use crate::sensor::End;
+use crate::twin::{Command, Sensing, Twin, load_positions};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -111,17 +112,42 @@ impl Windowed {
         let plain = self.walk(machine, plant.clone(), Sensing::Perfect, &drive, Some(0.0));
         let nudged = self.walk(machine, plant.clone(), Sensing::Perfect, &drive, Some(self.nudge));
         let response = Response::between(&plain, &nudged, self.nudge);
-        let mut traces = match sensing {
-            Sensing::Perfect => plain.traces,
-            noisy @ Sensing::AsStated { .. } => self.walk(machine, plant, noisy, &drive, Some(0.0)).traces,
-        };
-        let measured = self.run.signal(Signal::Position).unwrap_or_default();
-        for window in self.windows() {
-            response.settle(&mut traces, measured, window, self.known_s2);
+        let mut clean = plain.traces.clone();
+        self.settle(&response, &mut clean);
+        if let Some(load) = self.load(machine, &clean.position) {
+            clean.load_position = load;
         }
+        let mut traces = match sensing {
+            Sensing::Perfect => clean,
+            noisy @ Sensing::AsStated { .. } => {
+                let mut traces = self.walk(machine, plant, noisy, &drive, Some(0.0)).traces;
+                let pairs = traces.load_position.iter().zip(&plain.traces.load_position);
+                let noise: Vec<f64> = pairs.map(|(noisy, plain)| noisy - plain).collect();
+                self.settle(&response, &mut traces);
+                let load = clean.load_position.iter().zip(noise);
+                traces.load_position = load.map(|(clean, noise)| clean + noise).collect();
+                traces
+            }
+        };
         drive.complete(&mut traces, self.input);
         self.settle_load(&mut traces);
         traces
+    }
+
+    fn settle(&self, response: &Response, traces: &mut Traces) {
+        let measured = self.run.signal(Signal::Position).unwrap_or_default();
+        for window in self.windows() {
+            response.settle(traces, measured, window, self.known_s2);
+        }
+    }
+
+    /// Positions of the load behind a drive train whose motor moves as settled: a play remembers where the motor turned,
+    /// which a window that begins a little off does not tell. None where nothing stands between the sensors.
+    fn load(&self, machine: &Machine, motor: &[f64]) -> Option<Vec<f64>> {
+        let between = machine.description().encoder.end == End::Motor
+            && self.run.signal(Signal::LoadPosition).is_some()
+            && machine.effects().iter().any(|effect| effect.acts_through(Door::Transmission));
+        between.then(|| load_positions(machine, motor))
     }
 
     /// What the twin does under the measured input when it is left alone after the run's start.
