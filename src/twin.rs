@@ -144,8 +144,21 @@ impl Laws {
     }
 }
 
+/// Readings that change less with position than this do not tell it.
+const LEAST_SLOPE: f64 = 1e-3;
 /// Fixed-point steps with which a reading is traced back to a position.
 const MOST_INVERSIONS: usize = 12;
+
+/// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown`; every play
+/// begins at its middle.
+pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
+    let laws = Laws::of(machine);
+    let place = |&reading: &f64| {
+        if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
+    };
+    let mut memory = vec![shown.first().map_or(0.0, place); laws.transmissions.len()];
+    shown.iter().map(|reading| laws.transmit(place(reading), &mut memory)).collect()
+}
 
 /// A machine's twin on one plant: configuration and everything that moves.
 #[derive(Debug)]
@@ -238,6 +251,27 @@ impl<P: Plant> Twin<P> {
         moving.forces = [0.0; 2];
     }
 
+    /// Goes on where the encoder shows `position` with a velocity; base, current, voltages under way, friction and
+    /// the place inside every play stay as they are.
+    pub fn restart(&mut self, position: f64, velocity: f64) {
+        let (now, end) = (self.plant.position(), self.encoder.end);
+        let shown = |motor: f64| {
+            let mut memory: Vec<f64> = self.moving.transmitted.iter().map(|m| m + motor - now).collect();
+            let load = self.laws.transmit(motor, &mut memory);
+            self.laws.read(if end == End::Motor { motor } else { load })
+        };
+        let slope = shown(now + 1.0) - shown(now);
+        let slope = if slope.abs() > LEAST_SLOPE { slope } else { 1.0 };
+        let motor = (0..MOST_INVERSIONS).fold(now, |motor, _| motor + (position - shown(motor)) / slope);
+        let travel = self.period_s * velocity;
+        let local = (shown(motor + travel) - shown(motor)) / travel;
+        let local = if local.abs() > LEAST_SLOPE { local } else { slope };
+        let jump = [position - shown(now), velocity - self.plant.velocity() * local];
+        self.plant.relocate(motor, velocity / local);
+        self.moving.velocity = self.moving.velocity.shifted(jump[0], jump[1], self.period_s);
+        self.moving.transmitted.iter_mut().for_each(|load| *load += motor - now);
+    }
+
     /// Sets the zero of the second sensor by what it shows at the start.
     pub fn set_load_reading(&mut self, reading: f64) {
         let load = self.laws.transmit(self.plant.position(), &mut self.moving.transmitted.clone());
@@ -292,7 +326,8 @@ impl<P: Plant> Twin<P> {
             self.amplifier.output_v(commanded[commanded.len() - 2 - self.delay_periods]),
         ];
         let current = self.sampled_current(applied_v);
-        let own_thrust = current * self.pieces[0].circuit.effort_constant() * self.laws.ripple(self.plant.position());
+        let own_thrust =
+            current * self.pieces[0].circuit.effort_constant() * self.laws.ripple(self.plant.position());
         let sample = Sample {
             position,
             velocity,
@@ -397,8 +432,7 @@ fn hold<P: Plant>(laws: &Laws, moving: &mut Moving, plant: &mut P, motor_force: 
     }
     bristles
         + friction(coast, |direction, speed| {
-            loaded
-                + laws.resistances.iter().map(|effect| effect.resistance(direction, speed)).sum::<f64>()
+            loaded + laws.resistances.iter().map(|effect| effect.resistance(direction, speed)).sum::<f64>()
         })
 }
 

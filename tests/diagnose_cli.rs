@@ -279,8 +279,8 @@ fn exact_json_on_standard_output_stands_alone() {
 #[test]
 fn exact_missing_column_is_refused() {
     let desk = Desk::two_cells();
-    desk.edit("stroke020_feed08.csv", |text| text.replacen("position_reference_m", "commanded", 1));
-    desk.refused(&[], &["stroke020_feed08", "position_reference_m"]);
+    desk.edit("stroke020_feed08.csv", |text| text.replacen(",position_m", ",commanded", 1));
+    desk.refused(&[], &["stroke020_feed08", "`position_m`"]);
 }
 
 #[test]

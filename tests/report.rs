@@ -117,6 +117,7 @@ fn diagnosis() -> Diagnosis {
         unexplained: 0.0101,
         left: None,
         next_experiment: None,
+        not_examined: Vec::new(),
         checks: vec![
             finding("", Check::MissingSignal, Severity::Note, "No load position was logged."),
             finding("a", Check::Clipping, Severity::Warning, clipped),

@@ -111,9 +111,8 @@ fn probability(found: &Found, effect: EffectId) -> f64 {
 /// [`INDISTINCT`] of log-likelihood.
 fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     let chosen = found.candidates[found.chosen].effects();
-    let likelihood = |probability: f64, effects: &EffectSet| {
-        probability.max(f64::MIN_POSITIVE).ln() + price(effects)
-    };
+    let likelihood =
+        |probability: f64, effects: &EffectSet| probability.max(f64::MIN_POSITIVE).ln() + price(effects);
     let own = likelihood(found.posterior[found.chosen], chosen);
     let mut names: Vec<String> = rivals(found)
         .filter(|(candidate, _)| !candidate.effects().contains(&effect))

@@ -1,9 +1,12 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
+use super::measured;
+use crate::drive::motor::Motor;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
 use crate::recording::{Run, Signal};
+use crate::replay::windows::{Input, Windowed};
 use crate::replay::{Recorded, Traces};
 use crate::twin::Sensing;
 
@@ -48,24 +51,53 @@ pub struct Experiment {
     run: Run,
     recorded: Recorded,
     signals: Vec<Signal>,
+    mode: Mode,
+}
+
+/// How a run is replayed.
+#[derive(Debug, Clone)]
+enum Mode {
+    /// From the reference, the loop closed by the controller.
+    ClosedLoop,
+    /// From a measured signal, in windows that begin in the measured state.
+    Windows(Windowed),
+}
+
+/// The signal that drives a run whose loop cannot be closed.
+fn input(run: &Run, machine: &Machine) -> Result<Input> {
+    let is_winding = matches!(machine.description().motor, Motor::Winding(_));
+    let there = |input: &Input| run.signal(input.signal()).is_some();
+    let inputs = [Input::Effort, Input::Thrust, Input::Current];
+    let usable = inputs.into_iter().find(|i| there(i) && (is_winding || *i != Input::Current));
+    usable.ok_or_else(|| {
+        let logged: Vec<_> = run.signals().keys().map(|signal| signal.key(run.motion())).collect();
+        let stated = machine.description().controller.is_some();
+        let (key, loop_state) = if stated {
+            (Signal::PositionReference.key(run.motion()), "a stated controller")
+        } else {
+            ("controller", "no stated controller")
+        };
+        let force = Signal::Thrust.key(run.motion());
+        Error::new(ErrorKind::Missing)
+            .file(if run.file.as_os_str().is_empty() { machine.file() } else { &run.file })
+            .key(key)
+            .found(format!("run `{}` with {} and {loop_state}", run.name(), logged.join(", ")))
+            .expected("what moved the axis: a stated controller and its position reference, or a measured effort")
+            .remedy(format!(
+                "log control_effort_v, {force} or, for a winding, current_a; or state [controller] and log the position reference"
+            ))
+    })
 }
 
 impl Experiment {
     /// Makes a run ready.
     ///
     /// # Errors
-    /// A run without position reference or position, a run too short to tell anything, positions that the joint
-    /// cannot reach, a sample period that is not the machine's, or a machine whose controller is not stated.
+    /// A run without position, a run too short to tell anything, positions that the joint cannot reach, a sample
+    /// period that is not the machine's; a run that tells neither what its controller was told (or whose controller
+    /// is not stated) nor voltage, current or force of the motor.
     pub fn new(run: &Run, machine: &Machine) -> Result<Self> {
         let description = machine.description();
-        if description.controller.is_none() {
-            return Err(Error::new(ErrorKind::Missing)
-                .file(machine.file())
-                .key("controller")
-                .found("a machine without a controller")
-                .expected("the control law that ran when the run was recorded")
-                .remedy("state it under [controller], as law = \"pdf\" or law = \"cascade\""));
-        }
         let period = description.sample_period_s;
         if (run.sample_period_s() / period - 1.0).abs() > 1e-6 {
             return Err(Error::new(ErrorKind::Inconsistent)
@@ -86,9 +118,46 @@ impl Experiment {
         check_travel(run, machine)?;
         let has_scale = description.load_sensor.is_some();
         let modelled = |signal| signal != Signal::LoadPosition || has_scale;
-        let signals =
-            COMPARED.into_iter().filter(|&s| run.signal(s).is_some() && modelled(s)).collect();
-        Ok(Self { run: run.clone(), recorded: Recorded::of(run)?, signals })
+        let (recorded, mode) = replayed(run, machine)?;
+        let compared = |signal: &Signal| match &mode {
+            Mode::ClosedLoop => true,
+            Mode::Windows(windowed) => follows(*signal, windowed.input()),
+        };
+        let signals = COMPARED
+            .into_iter()
+            .filter(|s| run.signal(*s).is_some() && modelled(*s) && compared(s))
+            .collect();
+        Ok(Self { run: run.clone(), recorded, signals, mode })
+    }
+
+    /// The signal that drives the replay; none where it follows the reference in closed loop.
+    pub fn input(&self) -> Option<Input> {
+        match &self.mode {
+            Mode::ClosedLoop => None,
+            Mode::Windows(windowed) => Some(windowed.input()),
+        }
+    }
+
+    /// The run as the machine's twin would have logged it, noise included, without setting it anew to measured states.
+    ///
+    /// # Errors
+    /// A setting of the run that the machine does not have.
+    pub fn imagined(&self, machine: &Machine, seed: u64) -> Result<Self> {
+        let set = self.machine(machine)?;
+        let (axis, sensing) = (Axis::of(&set.constants()), Sensing::AsStated { seed });
+        let traces = match &self.mode {
+            Mode::ClosedLoop => self.recorded.replay(&set, axis, sensing),
+            Mode::Windows(windowed) => windowed.free_run(&set, axis, sensing),
+        };
+        let mut signals = self.run.signals().clone();
+        for (signal, samples) in &mut signals {
+            if self.signals.contains(signal) {
+                trace(&traces, *signal).clone_into(samples);
+            }
+        }
+        let mut run = Run::new(self.run.name(), self.run.motion(), self.run.sample_period_s(), signals)?;
+        run.settings.clone_from(&self.run.settings);
+        Ok(Self { run, ..self.clone() })
     }
 
     /// The run.
@@ -128,7 +197,43 @@ impl Experiment {
     /// A setting of the run that the machine does not have.
     pub fn predict(&self, machine: &Machine, sensing: Sensing) -> Result<Traces> {
         let machine = self.machine(machine)?;
-        Ok(self.recorded.replay(&machine, Axis::of(&machine.constants()), sensing))
+        let axis = Axis::of(&machine.constants());
+        Ok(match &self.mode {
+            Mode::ClosedLoop => self.recorded.replay(&machine, axis, sensing),
+            Mode::Windows(windowed) => windowed.replay(&machine, axis, sensing),
+        })
+    }
+}
+
+/// Commands, start and mode of a run.
+fn replayed(run: &Run, machine: &Machine) -> Result<(Recorded, Mode)> {
+    let reference = run.signal(Signal::PositionReference);
+    if reference.is_some() && machine.description().controller.is_some() {
+        return Ok((Recorded::of(run)?, Mode::ClosedLoop));
+    }
+    let (position, period) = (run.require(Signal::Position)?, run.sample_period_s());
+    let input = input(run, machine)?;
+    let recorded = match reference {
+        Some(reference) => Recorded::along(run, reference)?,
+        None => Recorded::along(run, &measured::reference(position, period))?,
+    };
+    let mut restarts = measured::restarts(position, input, period);
+    let start = recorded.start();
+    if let (Some(first), true) = (restarts.first_mut(), start.velocity == 0.0) {
+        // A run that begins at rest: its mean tells the place better than its first parabola.
+        (first.position, first.velocity) = (start.position, 0.0);
+    }
+    let windowed = Windowed::new(run, input, start, restarts, measured::half_width(period))?;
+    Ok((recorded, Mode::Windows(windowed)))
+}
+
+/// Whether a signal follows from a replay's input.
+fn follows(signal: Signal, input: Input) -> bool {
+    match signal {
+        Signal::Position | Signal::Velocity | Signal::LoadPosition => true,
+        Signal::Current => input != Input::Current,
+        Signal::Thrust => input == Input::Effort,
+        _ => false,
     }
 }
 

@@ -45,6 +45,8 @@ impl Fit {
 }
 
 const MOST_ITERATIONS: usize = 25;
+/// Damping below which a step is that of Gauss and Newton.
+const LEAST_DAMPING: f64 = 1e-9;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
 const ROUGH_ITERATIONS: usize = 8;
 /// Relative fall of the sum of squares below which a rough fit has arrived.
@@ -405,13 +407,10 @@ fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Ve
             .collect();
         let mut improved = false;
         while damping < 1e9 {
-            let Some(step) = damped_step(&normal, &gradient, &held, damping) else {
+            let Some(moved) = bounded_step(free, &values, (&normal, &gradient), &held, damping) else {
                 damping *= 10.0;
                 continue;
             };
-            let moved: Vec<f64> = (0..free.len())
-                .map(|k| (values[k] + step[k] * free[k].scale).clamp(free[k].range.0, free[k].range.1))
-                .collect();
             if moved == values {
                 break;
             }
@@ -420,8 +419,12 @@ fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Ve
             if trial_cost < cost {
                 let fall = (cost - trial_cost) / cost;
                 (values, residuals) = (moved, trial);
-                damping = (damping * 0.2).max(1e-9);
-                improved = fall > care.arrived();
+                // A narrow valley, in which numbers compensate each other, is walked along only by a step that is hardly
+                // damped: a fit has arrived when that one falls no further.
+                let arrived = fall <= care.arrived();
+                let damped = damping > LEAST_DAMPING && matches!(care, Care::Thorough);
+                improved = !arrived || damped;
+                damping = if arrived { LEAST_DAMPING } else { (damping * 0.2).max(LEAST_DAMPING) };
                 break;
             }
             damping *= 4.0;
@@ -433,22 +436,52 @@ fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Ve
     Ok(values)
 }
 
+/// Values after a damped step: numbers that it would take out of their range go to its edge, and the others make the
+/// best of that; merely cut off, it would leave the valley in which numbers compensate each other.
+fn bounded_step(
+    free: &[Free],
+    values: &[f64],
+    (normal, gradient): (&DMatrix<f64>, &DVector<f64>),
+    held: &[bool],
+    damping: f64,
+) -> Option<Vec<f64>> {
+    let mut fixed: Vec<Option<f64>> = held.iter().map(|held| held.then_some(0.0)).collect();
+    loop {
+        let step = damped_step(normal, gradient, &fixed, damping)?;
+        let wanted = |k: usize| values[k] + step[k] * free[k].scale;
+        let inside = |k: usize| wanted(k).clamp(free[k].range.0, free[k].range.1);
+        let beyond = (0..free.len()).filter(|&k| fixed[k].is_none() && inside(k) != wanted(k));
+        let beyond: Vec<usize> = beyond.collect();
+        if beyond.is_empty() {
+            return Some((0..free.len()).map(inside).collect());
+        }
+        for k in beyond {
+            fixed[k] = Some((inside(k) - values[k]) / free[k].scale);
+        }
+    }
+}
+
+/// The damped step with some numbers' steps given.
 fn damped_step(
     normal: &DMatrix<f64>,
     gradient: &DVector<f64>,
-    held: &[bool],
+    fixed: &[Option<f64>],
     damping: f64,
 ) -> Option<DVector<f64>> {
     let mut matrix = normal.clone();
     let mut right = -gradient;
-    for (k, &is_held) in held.iter().enumerate() {
-        if is_held {
+    for (k, step) in fixed.iter().enumerate() {
+        match step {
+            Some(step) => right.axpy(-step, &normal.column(k), 1.0),
+            None => matrix[(k, k)] += damping * normal[(k, k)].max(1e-12),
+        }
+    }
+    for (k, step) in fixed.iter().enumerate() {
+        if let Some(step) = step {
             matrix.row_mut(k).fill(0.0);
             matrix.column_mut(k).fill(0.0);
             matrix[(k, k)] = 1.0;
-            right[k] = 0.0;
-        } else {
-            matrix[(k, k)] += damping * normal[(k, k)].max(1e-12);
+            right[k] = *step;
         }
     }
     matrix.cholesky().map(|factor| factor.solve(&right))

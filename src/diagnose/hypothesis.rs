@@ -195,17 +195,7 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
             let range = (neutral - half, neutral + half);
             let path = path(effect, name);
             let freedom = Freedom::Calibration;
-            list.push(Free {
-                effect,
-                name,
-                unit,
-                path,
-                freedom,
-                neutral,
-                range,
-                scale: half,
-                held: false,
-            });
+            list.push(Free { effect, name, unit, path, freedom, neutral, range, scale: half, held: false });
         }
     };
     let present = &machine.description().effect;

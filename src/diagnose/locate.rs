@@ -1,9 +1,8 @@
 //! Where the gap lies: by segment of the signal path, phase of the motion, frequency, position and speed.
 
 use super::experiment::Experiment;
-use super::motion::Motion;
 use super::noise::Floor;
-use super::segment::{controller_residual, drive_residual};
+use super::segments::segments;
 use super::verdict::{Band, Share, Where};
 use crate::error::Result;
 use crate::machine::Machine;
@@ -14,32 +13,28 @@ use realfft::RealFftPlanner;
 /// Localises the gap of the twin as it is on the held-out runs.
 ///
 /// # Model
-/// *Segments.* The path is cut at every logged signal. Each segment is replayed alone, from its measured input to
-/// its measured output, and its residual is expressed as a force at the moving part: the controller from
-/// reference and position to effort, the drive from effort to current, the mechanics from force to motion
-/// (inverse dynamics). Shares are mean squares of those forces.
+/// *Segments.* The path is cut at every logged signal, see [`segments`](super::segments::segments). `machines` are the
+/// twin as it is and the twin with what was found, which tells what noise alone leaves.
 ///
 /// *Phase, frequency, position, speed.* Shares of the squared normalised residual of the free-run replay.
 ///
 /// # Errors
 /// Whatever a replay refuses.
-pub fn locate(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Result<Where> {
+pub fn locate(machines: [&Machine; 2], experiments: &[Experiment], floor: &Floor) -> Result<Where> {
     let mut energy = Energy::default();
-    let mut segments = Segments::default();
     let span = Span::of(experiments);
     for experiment in experiments {
-        let predicted = experiment.predict(machine, Sensing::Perfect)?;
+        let predicted = experiment.predict(machines[0], Sensing::Perfect)?;
         let phases = phases(experiment);
         let position = experiment.run().require(Signal::Position)?;
         for &signal in experiment.signals() {
             let residual = floor.normalised(experiment, signal, &predicted);
             energy.add(&residual, &phases, position, experiment, &span);
         }
-        segments.add(experiment, machine)?;
     }
     Ok(Where {
         site: Vec::new(),
-        segment: segments.shares(),
+        segment: segments(machines, experiments, floor)?,
         phase: shares(&PHASES, &energy.phase),
         frequency_hz: bands(&frequency_edges(experiments), &energy.frequency),
         position: bands(&span.position_edges(), &energy.position),
@@ -210,49 +205,4 @@ fn bands(edges: &[f64], energy: &[f64]) -> Vec<Band> {
         .zip(energy)
         .map(|(w, e)| Band { from: w[0], to: w[1], share: if total > 0.0 { e / total } else { 0.0 } })
         .collect()
-}
-
-/// Mean squares of the segments' residual forces.
-#[derive(Default)]
-struct Segments {
-    controller: Vec<f64>,
-    drive: Vec<f64>,
-    mechanics: Vec<f64>,
-    drive_is_apart: bool,
-}
-
-impl Segments {
-    fn add(&mut self, experiment: &Experiment, machine: &Machine) -> Result<()> {
-        let machine = experiment.machine(machine)?;
-        let constants = machine.constants();
-        let force_per_volt = constants.force_per_volt();
-        if let Some(residual) = controller_residual(experiment, &machine) {
-            self.controller.push(mean_square(&residual) * force_per_volt * force_per_volt);
-        }
-        if let Some(residual) = drive_residual(experiment, &constants) {
-            self.drive_is_apart = true;
-            self.drive.push(mean_square(&residual));
-        }
-        self.mechanics.push(mean_square(&Motion::of(experiment, &machine)?.missing_force));
-        Ok(())
-    }
-
-    fn shares(&self) -> Vec<Share> {
-        let mean = |list: &[f64]| list.iter().sum::<f64>() / list.len().max(1) as f64;
-        let (controller, drive, mechanics) =
-            (mean(&self.controller), mean(&self.drive), mean(&self.mechanics));
-        if controller + drive + mechanics == 0.0 {
-            return Vec::new(); // no segment has both its ends logged
-        }
-        if self.drive_is_apart {
-            let names = ["controller", "amplifier+motor", "guide+structure+sensor"];
-            shares(&names, &[controller, drive, mechanics])
-        } else {
-            shares(&["controller", "amplifier+motor+guide+structure+sensor"], &[controller, mechanics])
-        }
-    }
-}
-
-fn mean_square(samples: &[f64]) -> f64 {
-    samples.iter().map(|x| x * x).sum::<f64>() / samples.len().max(1) as f64
 }

@@ -11,13 +11,15 @@ pub mod experiment;
 pub mod fit;
 pub mod hypothesis;
 mod locate;
+mod measured;
 pub mod motion;
 pub mod noise;
 pub mod proposals;
-mod segment;
+mod segments;
 pub mod selection;
 pub mod shape;
 pub mod verdict;
+pub mod visibility;
 
 pub use verdict::{Diagnosis, Verdict};
 
@@ -30,6 +32,7 @@ use experiment::Experiment;
 use fit::{Care, fit};
 use noise::Floor;
 use selection::{Found, Search};
+use visibility::View;
 
 /// What a diagnosis may name, and who is told how it goes on.
 pub struct Options<'a> {
@@ -53,6 +56,8 @@ impl Default for Options<'_> {
 pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> Result<Diagnosis> {
     let (training, held_out) = recording.split(SplitRule::default())?;
     let mut ready = Ready::new(machine, &training, &held_out)?;
+    let view = View::of(machine, &ready.training, options.catalogue);
+    let options = &Options { catalogue: &view.catalogue, ..*options };
     let mut found = ready.search(options, None)?;
     if !found.candidates[found.chosen].effects().is_empty() {
         // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
@@ -64,7 +69,8 @@ pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> 
         // The held-out runs show no gap: there is nothing that a cause could explain.
         found.chosen = 0;
     }
-    ready.conclude(&found, recording, options)
+    let diagnosis = ready.conclude(&found, recording, options)?;
+    Ok(Diagnosis { not_examined: view.not_examined, ..diagnosis })
 }
 
 /// Runs made ready, with what is known before the search.
@@ -134,7 +140,7 @@ impl<'a> Ready<'a> {
             &self.floor,
         )?;
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
-        let mut place = locate::locate(self.machine, &self.held_out, &self.floor)?;
+        let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floor)?;
         conclude::sites(&mut place, &causes, unexplained);
         let left = match verdict {
             Verdict::NoGap => None,
@@ -155,7 +161,13 @@ impl<'a> Ready<'a> {
             unexplained,
             left,
             next_experiment: None,
-            checks: check::check(self.machine, &self.training, &self.held_out),
+            not_examined: Vec::new(),
+            checks: [
+                check::check(self.machine, &self.training, &self.held_out),
+                visibility::findings(&self.training),
+                visibility::findings(&self.held_out),
+            ]
+            .concat(),
             data: verdict::Data {
                 machine: self.machine.description().name.clone(),
                 training: names(&self.training),

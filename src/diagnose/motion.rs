@@ -1,8 +1,8 @@
 //! Motion read off a recorded run: smoothed velocity, acceleration, and the force that the twin lacks.
 
 use super::experiment::Experiment;
-use crate::drive::motor::{Circuit, CircuitStep};
 use crate::base::BaseMotion;
+use crate::drive::motor::{Circuit, CircuitStep};
 use crate::effect::screening::Series;
 use crate::effect::{Constants, Screen};
 use crate::error::Result;
@@ -54,7 +54,7 @@ impl BaseShare {
 }
 
 /// Half width of the smoothing window in s: parabolas over 2 × this pass what is slower than about 100 Hz.
-const HALF_WIDTH_S: f64 = 4e-3;
+pub(super) const HALF_WIDTH_S: f64 = 4e-3;
 
 impl Motion {
     /// Reads a run.
@@ -132,7 +132,7 @@ fn drive_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64
         }
         (circuit, _, Some(effort)) => {
             let step = CircuitStep::new(circuit, run.sample_period_s());
-            let mut current = experiment.recorded().start().current.unwrap_or(0.0);
+            let mut current = experiment.recorded().start().current_a(constants);
             Some(
                 effort
                     .iter()

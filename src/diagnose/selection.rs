@@ -219,7 +219,8 @@ impl Search<'_> {
     fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
             let sets = self.larger(found.effects(), |e| e.supersedes().is_empty());
-            let indices = self.explore(found, &sets, found.chosen)?;
+            let mut indices = self.explore(found, &sets, found.chosen)?;
+            indices.retain(|&index| found.is_resolved(index));
             let mut next = found.best_of(&indices).filter(|&best| found.may_follow(best, before));
             if next.is_none_or(|best| !found.is_adequate(best)) {
                 let laws = self.replacing(found.effects());
@@ -241,7 +242,8 @@ impl Search<'_> {
 
     /// The set with one effect more, of those that `wanted` lets through and that can act beside it.
     fn larger(&self, set: &EffectSet, wanted: impl Fn(EffectId) -> bool) -> Vec<EffectSet> {
-        let fits = |e: &&EffectId| wanted(**e) && !set.contains(e) && set.iter().all(|own| !own.excludes(**e));
+        let fits =
+            |e: &&EffectId| wanted(**e) && !set.contains(e) && set.iter().all(|own| !own.excludes(**e));
         self.catalogue.iter().filter(fits).map(|e| set.iter().copied().chain([*e]).collect()).collect()
     }
 
@@ -280,10 +282,14 @@ impl Search<'_> {
             let sets = self.larger(&rest, |e| e.supersedes().is_empty());
             self.explore(found, &sets, from)?;
         }
-        let rivals: Vec<usize> =
-            (0..found.candidates.len()).filter(|&k| found.candidates[k].effects().len() <= chosen.len()).collect();
+        let rivals: Vec<usize> = (0..found.candidates.len())
+            .filter(|&k| found.candidates[k].effects().len() <= chosen.len())
+            .collect();
         let best = found.best_of(&rivals).filter(|&best| {
-            let laws = found.candidates[best].effects().iter().all(|e| e.supersedes().is_empty() || chosen.contains(e));
+            let laws = found.candidates[best]
+                .effects()
+                .iter()
+                .all(|e| e.supersedes().is_empty() || chosen.contains(e));
             laws && found.merit(best) > found.merit(found.chosen) + LEAST_GAIN
                 && found.candidates[best].thorough
                 && found.is_resolved(best)
@@ -315,8 +321,12 @@ impl Search<'_> {
 
     /// Whether every law of a candidate that generalises others is needed, the plain sets looked at first.
     fn all_needed(&self, found: &mut Found, index: usize) -> Result<bool> {
-        let laws: Vec<EffectId> =
-            found.candidates[index].effects().iter().copied().filter(|e| !e.supersedes().is_empty()).collect();
+        let laws: Vec<EffectId> = found.candidates[index]
+            .effects()
+            .iter()
+            .copied()
+            .filter(|e| !e.supersedes().is_empty())
+            .collect();
         for law in laws {
             let plain = found.plain(index, law);
             self.explore(found, &[plain], found.chosen)?;

@@ -55,7 +55,7 @@ const CONCENTRATED: f64 = 2.0;
 /// # Errors
 /// Whatever a replay refuses.
 pub fn shape(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Result<Shape> {
-    let place = locate(machine, experiments, floor)?;
+    let place = locate([machine, machine], experiments, floor)?;
     let screen = motion::screen(experiments, machine)?;
     let follows = follows(&screen);
     let wave = |rate: f64, m: Moment| {

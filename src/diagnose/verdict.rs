@@ -3,6 +3,7 @@
 use super::check::Finding;
 use super::noise::Source;
 use super::shape::Shape;
+use super::visibility::NotExamined;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -230,6 +231,8 @@ pub struct Diagnosis {
     pub left: Option<Shape>,
     /// The experiment that would settle an undecided question; not proposed yet.
     pub next_experiment: Option<String>,
+    /// Effects that the recorded signals cannot show.
+    pub not_examined: Vec<NotExamined>,
     /// What was noticed in the data.
     pub checks: Vec<Finding>,
     /// What it stands on.

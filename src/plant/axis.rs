@@ -153,6 +153,11 @@ impl Plant for Axis {
         self.state[self.position_place] = position;
     }
 
+    fn relocate(&mut self, position: f64, velocity: f64) {
+        self.state[0] = velocity;
+        self.state[self.position_place] = position;
+    }
+
     fn snapshot(&self) -> Vec<f64> {
         self.state.clone()
     }

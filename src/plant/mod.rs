@@ -34,6 +34,12 @@ pub trait Plant {
     /// Puts the moving part at a position with a velocity, the base at rest.
     fn place(&mut self, position: f64, velocity: f64);
 
+    /// Takes the moving part to a position with a velocity while the base goes on as it moves; a plant that cannot
+    /// tell the two apart brings the base to rest.
+    fn relocate(&mut self, position: f64, velocity: f64) {
+        self.place(position, velocity);
+    }
+
     /// Everything that moves, as numbers.
     fn snapshot(&self) -> Vec<f64>;
 

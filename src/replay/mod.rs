@@ -8,6 +8,7 @@ pub mod recorded;
 pub mod recording;
 mod simulation;
 pub mod stroke;
+pub mod windows;
 
 pub use cell::Cell;
 pub use feedforward::Feedforward;

@@ -2,6 +2,8 @@
 
 use super::{Traces, run};
 use crate::controller::Input;
+use crate::drive::motor::Circuit;
+use crate::effect::Constants;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::Plant;
@@ -75,6 +77,17 @@ impl Start {
             load_position: first_of(Signal::LoadPosition),
         }
     }
+
+    /// The motor's current in A: as logged, else what the logged effort settles at, else none.
+    pub fn current_a(&self, constants: &Constants) -> f64 {
+        let settled = |effort_v: f64| match constants.circuit {
+            Circuit::Winding { resistance_ohm, back_emf, .. } => {
+                (constants.amplifier.output_v(effort_v) - back_emf * self.velocity) / resistance_ohm
+            }
+            Circuit::Direct { .. } => 0.0,
+        };
+        self.current.or_else(|| self.effort_v.map(settled)).unwrap_or(0.0)
+    }
 }
 
 /// Halves of a standstill whose means differ by more standard errors are no steady state.
@@ -120,7 +133,14 @@ impl Recorded {
     /// # Errors
     /// A run without position reference or position.
     pub fn of(run: &Run) -> Result<Self> {
-        let reference = run.require(Signal::PositionReference)?;
+        Self::along(run, run.require(Signal::PositionReference)?)
+    }
+
+    /// Commands and start of a run along a position reference of its length, logged or not.
+    ///
+    /// # Errors
+    /// A run without position.
+    pub fn along(run: &Run, reference: &[f64]) -> Result<Self> {
         let start = Start::of(run, reference, run.require(Signal::Position)?);
         let period = run.sample_period_s();
         let disturbance = run.signal(Signal::DisturbanceVoltage);
@@ -162,7 +182,7 @@ impl Recorded {
     /// The twin as the run finds it: moved to the start, its controller taken over.
     pub(super) fn twin<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Twin<P> {
         let mut twin = Twin::new(machine, plant, sensing);
-        let Start { position, velocity, effort_v, current, reading, load_position } = self.start;
+        let Start { position, velocity, effort_v, reading, load_position, .. } = self.start;
         let on_load = machine.description().load_sensor.as_ref().is_some_and(|s| s.closes_position_loop);
         let mut seen = reading.unwrap_or((position, velocity));
         twin.start(position, velocity, effort_v.unwrap_or(0.0));
@@ -179,7 +199,7 @@ impl Recorded {
             };
             twin.take_over(effort_v - first.disturbance_v, input);
         }
-        twin.set_current(current.unwrap_or(0.0));
+        twin.set_current(self.start.current_a(&machine.constants()));
         twin
     }
 }

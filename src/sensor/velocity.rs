@@ -44,6 +44,16 @@ impl VelocityMemory {
         let readings = std::array::from_fn(|j| position - velocity * period_s * (j as f64 + 1.0));
         Self { readings, estimate: velocity }
     }
+
+    /// The memory of the same motion, moved by `position` at the coming sample and faster by `velocity`.
+    #[must_use]
+    pub fn shifted(mut self, position: f64, velocity: f64, period_s: f64) -> Self {
+        for (j, reading) in self.readings.iter_mut().enumerate() {
+            *reading += position - velocity * period_s * (j as f64 + 1.0);
+        }
+        self.estimate += velocity;
+        self
+    }
 }
 
 impl VelocityEstimate {
@@ -71,7 +81,9 @@ impl VelocityEstimate {
     /// τ of the smoothing in s.
     pub fn time_constant_s(&self) -> f64 {
         match self {
-            Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. } => *time_constant_s,
+            Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. } => {
+                *time_constant_s
+            }
         }
     }
 

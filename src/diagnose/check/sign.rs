@@ -33,7 +33,8 @@ impl Signs {
         let mut swapped = Vec::new();
         let position = smoothed.signal(Signal::Position).unwrap_or_default();
         let direction = |signal, other: &[f64]| {
-            let samples = smoothed.signal(signal)?;
+            // One that was not logged says nothing.
+            let samples = smoothed.signal(signal).filter(|samples| samples.len() == other.len())?;
             direction(&pick(samples, &smoothed.inner), &pick(other, &smoothed.inner))
         };
         let reference = smoothed.signal(Signal::PositionReference).unwrap_or_default();

@@ -1,6 +1,6 @@
 //! Residuals of single stretches of the signal path, from measured input to measured output.
 
-use super::experiment::Experiment;
+use crate::diagnose::experiment::Experiment;
 use crate::controller::Input;
 use crate::drive::amplifier::SplitDelay;
 use crate::drive::motor::CircuitStep;

@@ -1,0 +1,396 @@
+//! Open-loop replay in windows: the twin is driven with what was measured and set anew, from time to time, to the
+//! measured state.
+
+use super::Traces;
+use super::recorded::Start;
+use crate::drive::motor::{Circuit, CircuitStep};
+use crate::effect::{Constants, Door, Effect};
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::plant::Plant;
+use crate::recording::{Run, Signal};
+use crate::sensor::End;
+use crate::twin::{Command, Sensing, Twin, load_positions};
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rand_distr::{Distribution, StandardNormal};
+use std::ops::Range;
+
+/// The measured signal that drives the replay.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Input {
+    /// Voltage commanded to the amplifier.
+    Effort,
+    /// Current of the motor's winding.
+    Current,
+    /// Force or torque of the motor.
+    Thrust,
+}
+
+impl Input {
+    /// The signal.
+    pub fn signal(self) -> Signal {
+        match self {
+            Self::Effort => Signal::ControlEffort,
+            Self::Current => Signal::Current,
+            Self::Thrust => Signal::Thrust,
+        }
+    }
+}
+
+/// A measured state at which a window begins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Restart {
+    /// First sample of the window.
+    pub sample: usize,
+    /// Position there, m or rad.
+    pub position: f64,
+    /// Velocity there, m/s or rad/s.
+    pub velocity: f64,
+}
+
+/// A recorded run, driven with one of its signals in windows.
+///
+/// # Model
+/// At the beginning of each window position and velocity of the moving part are set to the measured ones; base,
+/// current, voltages under way and friction go on as they are. The measured state is uncertain and an open loop does
+/// not forget it, so the initial state is no part of what is compared: each window's prediction is moved by
+/// `δx + δv·s(t)`, with s(t) the twin's own response to a change of the initial velocity and δx, δv from least squares
+/// against the measured position. δv is held towards zero by the information that the measured velocity rests on,
+/// which decides only where the response has died out (an axis held by friction).
+///
+/// Behind a winding, a measured current or thrust moves between two samples as it does under a constant voltage, and
+/// its mean over the period drives the twin; behind a motor without a winding it is held.
+#[derive(Debug, Clone)]
+pub struct Windowed {
+    run: Run,
+    input: Input,
+    start: Start,
+    restarts: Vec<Restart>,
+    /// Change of the initial velocities from which the response is taken.
+    nudge: f64,
+    /// Σ t² of the samples that a measured velocity rests on, in s².
+    known_s2: f64,
+}
+
+impl Windowed {
+    /// A run with the states at which its windows begin, the first at its first sample; each velocity is the slope
+    /// over `2·half_width + 1` positions.
+    ///
+    /// # Errors
+    /// A run without position or without the input.
+    pub fn new(
+        run: &Run,
+        input: Input,
+        start: Start,
+        restarts: Vec<Restart>,
+        half_width: usize,
+    ) -> Result<Self> {
+        run.require(Signal::Position)?;
+        run.require(input.signal())?;
+        let fastest = restarts.iter().fold(0.0, |most: f64, r| most.max(r.velocity.abs()));
+        let period = run.sample_period_s();
+        let known_s2 = 2.0 * (1..=half_width).map(|j| (j as f64 * period).powi(2)).sum::<f64>();
+        let nudge = if fastest > 0.0 { NUDGE * fastest } else { LEAST_NUDGE };
+        Ok(Self { run: run.clone(), input, start, restarts, nudge, known_s2 })
+    }
+
+    /// The signal that drives the replay.
+    pub fn input(&self) -> Input {
+        self.input
+    }
+
+    /// The windows, as ranges of samples.
+    pub fn windows(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        let ends = self.restarts.iter().skip(1).map(|r| r.sample).chain([self.run.len()]);
+        self.restarts.iter().zip(ends).map(|(r, end)| r.sample..end)
+    }
+
+    /// What the machine's twin predicts, each window from the initial state that suits it best.
+    pub fn replay<P: Plant + Clone>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
+        let drive = Drive::of(self, machine, sensing);
+        let plain = self.walk(machine, plant.clone(), Sensing::Perfect, &drive, Some(0.0));
+        let nudged = self.walk(machine, plant.clone(), Sensing::Perfect, &drive, Some(self.nudge));
+        let response = Response::between(&plain, &nudged, self.nudge);
+        let mut clean = plain.traces.clone();
+        self.settle(&response, &mut clean);
+        if let Some(load) = self.load(machine, &clean.position) {
+            clean.load_position = load;
+        }
+        let mut traces = match sensing {
+            Sensing::Perfect => clean,
+            noisy @ Sensing::AsStated { .. } => {
+                let mut traces = self.walk(machine, plant, noisy, &drive, Some(0.0)).traces;
+                let pairs = traces.load_position.iter().zip(&plain.traces.load_position);
+                let noise: Vec<f64> = pairs.map(|(noisy, plain)| noisy - plain).collect();
+                self.settle(&response, &mut traces);
+                let load = clean.load_position.iter().zip(noise);
+                traces.load_position = load.map(|(clean, noise)| clean + noise).collect();
+                traces
+            }
+        };
+        drive.complete(&mut traces, self.input);
+        self.settle_load(&mut traces);
+        traces
+    }
+
+    fn settle(&self, response: &Response, traces: &mut Traces) {
+        let measured = self.run.signal(Signal::Position).unwrap_or_default();
+        for window in self.windows() {
+            response.settle(traces, measured, window, self.known_s2);
+        }
+    }
+
+    /// Positions of the load behind a drive train whose motor moves as settled: a play remembers where the motor turned,
+    /// which a window that begins a little off does not tell. None where nothing stands between the sensors.
+    fn load(&self, machine: &Machine, motor: &[f64]) -> Option<Vec<f64>> {
+        let between = machine.description().encoder.end == End::Motor
+            && self.run.signal(Signal::LoadPosition).is_some()
+            && machine.effects().iter().any(|effect| effect.acts_through(Door::Transmission));
+        between.then(|| load_positions(machine, motor))
+    }
+
+    /// What the twin does under the measured input when it is left alone after the run's start.
+    pub fn free_run<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
+        let drive = Drive::of(self, machine, sensing);
+        let mut traces = self.walk(machine, plant, sensing, &drive, None).traces;
+        drive.complete(&mut traces, self.input);
+        traces
+    }
+
+    /// Walks through the run; `faster` is added to the velocity with which each window begins, none leaves the
+    /// windows out.
+    fn walk<P: Plant>(
+        &self,
+        machine: &Machine,
+        plant: P,
+        sensing: Sensing,
+        drive: &Drive,
+        faster: Option<f64>,
+    ) -> Walk {
+        let mut twin = Twin::new(machine, plant, sensing);
+        let (first, start) = (self.restarts.first(), &self.start);
+        let (position, velocity) =
+            first.map_or((start.position, start.velocity), |r| (r.position, r.velocity));
+        twin.start(position, velocity + faster.unwrap_or(0.0), start.effort_v.unwrap_or(0.0));
+        if let Some(shown) = start.load_position {
+            twin.set_load_reading(shown);
+        }
+        twin.set_current(start.current_a(&machine.constants()));
+        let mut walk = Walk::with_capacity(self.run.len());
+        let mut restarts = self.restarts.iter().skip(1).peekable();
+        for k in 0..self.run.len() {
+            if let (Some(faster), Some(restart)) = (faster, restarts.next_if(|r| r.sample == k)) {
+                twin.restart(restart.position, restart.velocity + faster);
+            }
+            walk.position.push(twin.plant().position());
+            walk.velocity.push(twin.plant().velocity());
+            walk.traces.push(twin.step(drive.command(k, self.input)));
+        }
+        walk
+    }
+
+    /// The zero of the second sensor is its own: the mean difference over the run means nothing.
+    fn settle_load(&self, traces: &mut Traces) {
+        let Some(measured) = self.run.signal(Signal::LoadPosition) else { return };
+        let residual: f64 = measured.iter().zip(&traces.load_position).map(|(m, p)| m - p).sum();
+        let zero = residual / measured.len() as f64;
+        traces.load_position.iter_mut().for_each(|load| *load += zero);
+    }
+}
+
+/// Change of the initial velocity from which the response is taken, as a share of the fastest beginning: small beside
+/// what friction reacts to, large beside rounding.
+const NUDGE: f64 = 1e-4;
+/// The same in m/s or rad/s where every window begins at rest.
+const LEAST_NUDGE: f64 = 1e-6;
+
+/// One walk: what the sensors show, and where the plant is.
+struct Walk {
+    traces: Traces,
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+}
+
+impl Walk {
+    fn with_capacity(samples: usize) -> Self {
+        let room = || Vec::with_capacity(samples);
+        Self { traces: Traces::with_capacity(samples), position: room(), velocity: room() }
+    }
+}
+
+/// What drives the twin, sample by sample.
+struct Drive {
+    /// The input; for a current its force or torque.
+    samples: Vec<f64>,
+    /// Force or torque per ampere at each sample; empty for a voltage.
+    per_ampere: Vec<f64>,
+    /// Noise of the current sensor at each sample in A; empty where sensors are perfect.
+    noise_a: Vec<f64>,
+    /// Weights of a sample and the next one in the mean between them.
+    weights: [f64; 2],
+}
+
+/// Weights of the first and the last value in the mean over a period in which the voltage does not change.
+///
+/// # Model
+/// `i₁ = u∞ + (i₀ − u∞)·d`, mean `u∞ + (i₀ − u∞)·m`, with decay d and mean m of a unit current over the period.
+fn mean_weights(constants: &Constants) -> [f64; 2] {
+    let step = CircuitStep::new(&constants.circuit, constants.sample_period_s);
+    if !step.has_current() {
+        return [1.0, 0.0];
+    }
+    let mut decay = 1.0;
+    let mean = step.advance(&mut decay, 0.0, 0.0);
+    let last = (1.0 - mean) / (1.0 - decay);
+    [1.0 - last, last]
+}
+
+impl Drive {
+    fn of(windowed: &Windowed, machine: &Machine, sensing: Sensing) -> Self {
+        let run = &windowed.run;
+        let mut samples = run.signal(windowed.input.signal()).unwrap_or_default().to_vec();
+        let constants = machine.constants();
+        let (Circuit::Winding { force_constant: constant, .. }
+        | Circuit::Direct { force_per_volt: constant }) = constants.circuit;
+        let noise_a = current_noise(machine, sensing, samples.len());
+        if windowed.input == Input::Effort {
+            return Self { samples, per_ampere: Vec::new(), noise_a: Vec::new(), weights: [1.0, 0.0] };
+        }
+        let effects = machine.effects();
+        let ripples: Vec<&Effect> = effects.iter().filter(|e| e.acts_through(Door::Ripple)).collect();
+        let position = run.signal(Signal::Position).unwrap_or_default();
+        let ripple = |x: &f64| 1.0 + ripples.iter().map(|effect| effect.ripple(*x)).sum::<f64>();
+        let per_ampere: Vec<f64> = position.iter().map(|x| constant * ripple(x)).collect();
+        if windowed.input == Input::Current {
+            for (k, (sample, force)) in samples.iter_mut().zip(&per_ampere).enumerate() {
+                *sample = force * (*sample + noise_a.get(k).unwrap_or(&0.0));
+            }
+        }
+        Self { samples, per_ampere, noise_a, weights: mean_weights(&constants) }
+    }
+
+    fn command(&self, k: usize, input: Input) -> Command {
+        let now = self.samples[k];
+        let next = self.samples.get(k + 1).copied().unwrap_or(now);
+        let mean = self.weights[0] * now + self.weights[1] * next;
+        let (effort_v, thrust) = match input {
+            Input::Effort => (now, None),
+            Input::Current | Input::Thrust => (0.0, Some(mean)),
+        };
+        Command { effort_v: Some(effort_v), thrust, ..Command::follow(0.0, 0.0) }
+    }
+
+    /// Force and current at the samples themselves, where the twin's own winding did not make them.
+    fn complete(&self, traces: &mut Traces, input: Input) {
+        if input == Input::Effort {
+            return;
+        }
+        traces.thrust.clone_from(&self.samples);
+        for (k, current) in traces.current.iter_mut().enumerate() {
+            *current = self.samples[k] / self.per_ampere[k] + self.noise_a.get(k).unwrap_or(&0.0);
+        }
+    }
+}
+
+/// Noise of the current sensor, drawn apart from the other sensors'.
+fn current_noise(machine: &Machine, sensing: Sensing, samples: usize) -> Vec<f64> {
+    let (sigma, Sensing::AsStated { seed }) = (machine.description().current_sensor.noise_a, sensing) else {
+        return Vec::new();
+    };
+    let mut random = StdRng::seed_from_u64(!seed);
+    (0..samples)
+        .map(|_| {
+            let noise: f64 = StandardNormal.sample(&mut random);
+            sigma * noise
+        })
+        .collect()
+}
+
+/// Response of every trace to a change of the velocity with which a window begins, per unit of that change.
+struct Response {
+    position: Vec<f64>,
+    velocity: Vec<f64>,
+    current: Vec<f64>,
+    thrust: Vec<f64>,
+}
+
+impl Response {
+    fn between(plain: &Walk, nudged: &Walk, nudge: f64) -> Self {
+        let per_unit = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (b - a) / nudge).collect();
+        // Of positions and velocities those of the plant: readings may be rounded to steps beyond the nudge.
+        Self {
+            position: per_unit(&plain.position, &nudged.position),
+            velocity: per_unit(&plain.velocity, &nudged.velocity),
+            current: per_unit(&plain.traces.current, &nudged.traces.current),
+            thrust: per_unit(&plain.traces.thrust, &nudged.traces.thrust),
+        }
+    }
+
+    /// Moves a window's traces to the initial state that suits the measured position best.
+    fn settle(&self, traces: &mut Traces, measured: &[f64], window: Range<usize>, known_s2: f64) {
+        let count = window.len() as f64;
+        let residual = |k: usize| measured[k] - traces.position[k];
+        let mean_residual = window.clone().map(residual).sum::<f64>() / count;
+        let mean_response = self.position[window.clone()].iter().sum::<f64>() / count;
+        let (mut cross, mut spread) = (0.0, known_s2);
+        for k in window.clone() {
+            let away = self.position[k] - mean_response;
+            cross += away * (residual(k) - mean_residual);
+            spread += away * away;
+        }
+        let faster = cross / spread;
+        let further = mean_residual - faster * mean_response;
+        for k in window {
+            traces.position[k] += further + faster * self.position[k];
+            traces.load_position[k] += further + faster * self.position[k];
+            traces.velocity[k] += faster * self.velocity[k];
+            traces.current[k] += faster * self.current[k];
+            traces.thrust[k] += faster * self.thrust[k];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::twin::Sample;
+
+    #[test]
+    fn exact_a_window_is_moved_onto_the_measured_line() {
+        let time: Vec<f64> = (0..100).map(|k| f64::from(k) * 1e-3).collect();
+        let measured: Vec<f64> = time.iter().map(|t| 0.2 + 0.03 * t).collect();
+        let mut traces = Traces::default();
+        for _ in &time {
+            traces.push(Sample::default());
+        }
+        let ones = vec![1.0; time.len()];
+        let zeros = vec![0.0; time.len()];
+        let response =
+            Response { position: time.clone(), velocity: ones, current: zeros.clone(), thrust: zeros };
+        response.settle(&mut traces, &measured, 0..100, 0.0);
+        for (k, x) in measured.iter().enumerate() {
+            assert!((traces.position[k] - x).abs() < 1e-12 && (traces.velocity[k] - 0.03).abs() < 1e-12);
+        }
+    }
+
+    /// A response that has died out leaves the initial velocity to what was measured.
+    #[test]
+    fn exact_a_window_without_response_is_only_shifted() {
+        let mut traces = Traces::default();
+        for _ in 0..50 {
+            traces.push(Sample::default());
+        }
+        let zeros = vec![0.0; 50];
+        let response = Response {
+            position: zeros.clone(),
+            velocity: zeros.clone(),
+            current: zeros.clone(),
+            thrust: zeros,
+        };
+        let measured: Vec<f64> = (0..50).map(f64::from).collect();
+        response.settle(&mut traces, &measured, 0..50, 1e-4);
+        assert!(traces.position.iter().all(|x| (x - 24.5).abs() < 1e-12));
+        assert!(traces.velocity.iter().all(|v| *v == 0.0));
+    }
+}
