@@ -52,7 +52,7 @@ fn ref_a_twin_of_mass_alone_lacks_friction_and_nothing_else() {
     if data().is_none() {
         return;
     }
-    let d = diagnosis("models/emps"); eprintln!("{:?} {:#?} {:?} {:?} {:?}", d.verdict, d.causes, d.gap.before, d.gap.after, d.refinements);
+    let d = diagnosis("models/emps");
     let mut named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
     named.sort_unstable();
     assert_eq!(d.verdict, Verdict::Cause);
@@ -72,9 +72,11 @@ fn ref_a_twin_with_symmetric_friction_lacks_the_asymmetry() {
     if data().is_none() {
         return;
     }
-    let d = diagnosis("models/emps/symmetric.toml"); eprintln!("{:?} {:#?} {:?} {:?} {:?}", d.verdict, d.causes, d.gap.before, d.gap.after, d.refinements);
+    let d = diagnosis("models/emps/symmetric.toml");
     let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
-    assert_eq!((d.verdict, named), (Verdict::Cause, vec!["asymmetric_friction"]));
+    // Asymmetry is part of the answer: what it leaves repeats from lap to lap and is no noise.
+    assert_eq!((d.verdict, named), (Verdict::Unknown, vec!["asymmetric_friction"]));
+    assert!(d.left.is_some());
     let friction = cause(&d, "asymmetric_friction");
     assert_published(friction, "viscous_positive_n_s_per_m", 166.7061);
     assert_published(friction, "viscous_negative_n_s_per_m", 240.4236);

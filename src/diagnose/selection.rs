@@ -263,7 +263,8 @@ impl Search<'_> {
             let smaller = subsets(found.effects());
             let indices = self.explore(found, &smaller, found.chosen)?;
             let Some(best) = found.best_of(&indices) else { break };
-            if found.beyond_chance(found.chosen, best) {
+            // What was added beyond chance stays while it pays; more explanations seen since then change the weights.
+            if found.merit(found.chosen) > found.merit(best) {
                 break;
             }
             found.chosen = best;

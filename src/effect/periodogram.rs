@@ -51,8 +51,7 @@ const PEAK_WIDTH: usize = 4;
 /// pitches.
 ///
 /// # Validity
-/// Pitches from those that pass at [`PASSED_HZ`] at slow speed up to half the travel: a longer one is not told from
-/// friction and springs.
+/// Pitches from those that pass at [`PASSED_HZ`] at slow speed up to [`Screen::longest_pitch`].
 ///
 /// # Source
 /// Lomb (1976), least-squares frequency analysis, over position instead of time.
@@ -130,7 +129,7 @@ impl Grid {
         let base = orthonormal(base);
         let wanted = DVector::from_iterator(chosen.len(), chosen.iter().map(|&k| target[k]));
         let rest = &wanted - &base * (base.transpose() * &wanted);
-        let frequencies = frequencies(&moments)?;
+        let frequencies = frequencies(&moments, screen.longest_pitch())?;
         Some(Self { moments, base, rest, frequencies })
     }
 
@@ -166,7 +165,7 @@ fn orthonormal(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
     matrix
 }
 
-fn frequencies(moments: &[Moment]) -> Option<Vec<f64>> {
+fn frequencies(moments: &[Moment], longest: f64) -> Option<Vec<f64>> {
     let positions = moments.iter().map(|m| m.position);
     let (low, high) =
         positions.fold((f64::MAX, f64::MIN), |(low, high), x| (f64::min(low, x), f64::max(high, x)));
@@ -177,7 +176,7 @@ fn frequencies(moments: &[Moment]) -> Option<Vec<f64>> {
     if !(travel > 0.0 && slow > 0.0) {
         return None;
     }
-    let (from, to) = (2.0 / travel, PASSED_HZ / slow);
+    let (from, to) = (1.0 / longest, PASSED_HZ / slow);
     let count = ((to - from) * OVERSAMPLING * travel).clamp(1.0, MOST_PITCHES as f64) as usize;
     // Where the grid is cut short it keeps its resolution: the longest pitches are the likeliest.
     Some((0..count).map(|k| from + k as f64 / (OVERSAMPLING * travel)).collect())
