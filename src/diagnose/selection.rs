@@ -78,7 +78,7 @@ const CERTAIN: f64 = 0.95;
 pub const ADEQUATE_GAP: f64 = 1.25;
 /// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
 /// named only if it closes this share of the original gap.
-const MATERIAL_SHARE: f64 = 0.005;
+const MATERIAL_SHARE: f64 = 0.003;
 /// An explanation cannot fall below this mean square: noise itself, with some of it taken for signal.
 const LEAST_LEFT: f64 = 0.9;
 /// More effects than this are not named at once.
@@ -220,13 +220,13 @@ impl Search<'_> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
             let sets = self.larger(found.effects(), |e| e.supersedes().is_empty());
             let mut indices = self.explore(found, &sets, found.chosen)?;
-            indices.retain(|&index| found.is_resolved(index));
-            let mut next = found.best_of(&indices).filter(|&best| found.may_follow(best, before));
+            indices.retain(|&index| found.may_follow(index, before));
+            let mut next = found.best_of(&indices);
             if next.is_none_or(|best| !found.is_adequate(best)) {
                 let laws = self.replacing(found.effects());
-                let indices = self.explore(found, &laws, found.chosen)?;
-                let best = found.best_of(&indices).filter(|&best| found.is_adequate(best));
-                if let Some(best) = best.filter(|&best| found.may_follow(best, before)) {
+                let mut indices = self.explore(found, &laws, found.chosen)?;
+                indices.retain(|&index| found.is_adequate(index) && found.may_follow(index, before));
+                if let Some(best) = found.best_of(&indices) {
                     if self.all_needed(found, best)? {
                         next = Some(best);
                     }
@@ -395,7 +395,7 @@ impl Found {
 
     /// A candidate's effects with what a law generalises in the law's place, as far as that may be named.
     fn plain(&self, index: usize, law: EffectId) -> EffectSet {
-        let general = law.supersedes().iter().filter(|e| self.catalogue.contains(e));
+        let general = law.stands_for().iter().filter(|e| self.catalogue.contains(e));
         // Effects that the law stands in for wholly: the plain set has them instead.
         self.candidates[index].effects().iter().filter(|e| **e != law).chain(general).copied().collect()
     }
