@@ -106,14 +106,17 @@ impl Search<'_> {
         let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
         let calibrated = nothing.map(|h| self.evaluate(&h, None, Care::Thorough)).transpose()?;
         found.candidates.extend(calibrated);
+        // Every explanation seen sharpens the weights of all: the steps are gone through until they change nothing.
+        let mut settled = None;
         for _ in 0..MOST_EFFECTS {
             self.grow(&mut found, before)?;
             self.shrink(&mut found)?;
-            let swapped = self.swap(&mut found, before)?;
-            let refined = self.refine(&mut found, before)?;
-            if !(swapped || refined) {
+            self.swap(&mut found, before)?;
+            self.refine(&mut found, before)?;
+            if settled == Some(found.chosen) {
                 break;
             }
+            settled = Some(found.chosen);
         }
         found.posterior = posterior(&found, before);
         Ok(found)
@@ -273,10 +276,10 @@ impl Search<'_> {
     }
 
     /// Puts every other effect in the place of each chosen one: what was found first may only have stood for another.
-    fn swap(&self, found: &mut Found, before: &Score) -> Result<bool> {
+    fn swap(&self, found: &mut Found, before: &Score) -> Result<()> {
         let chosen = found.effects().clone();
         if chosen.len() < 2 {
-            return Ok(false);
+            return Ok(());
         }
         for rest in subsets(&chosen) {
             let Some(from) = found.index(&rest) else { continue };
@@ -299,11 +302,11 @@ impl Search<'_> {
         if let Some(best) = best {
             found.chosen = best;
         }
-        Ok(best.is_some())
+        Ok(())
     }
 
     /// Tries laws that take over several elementary effects, alone and beside the rest.
-    fn refine(&self, found: &mut Found, before: &Score) -> Result<bool> {
+    fn refine(&self, found: &mut Found, before: &Score) -> Result<()> {
         for full in self.replacing(&found.effects().clone()) {
             let Some(&law) = full.iter().find(|e| !found.effects().contains(e)) else { continue };
             let mut sets = subsets(&full);
@@ -314,10 +317,10 @@ impl Search<'_> {
             let better = found.merit(best) > found.merit(found.chosen);
             if better && found.worth_naming(best, found.chosen, before) && self.all_needed(found, best)? {
                 found.chosen = best;
-                return Ok(true);
+                return Ok(());
             }
         }
-        Ok(false)
+        Ok(())
     }
 
     /// Whether every law of a candidate that generalises others is needed, the plain sets looked at first.
