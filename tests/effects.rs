@@ -75,7 +75,7 @@ fn explore() {
         "",
         "effect.controller_gain.position_factor=1.1 effect.controller_gain.velocity_factor=1 effect.controller_gain.integral_factor=1.2 effect.controller_gain.velocity_feedforward=0.7",
         "effect.loop_delay.delay_s=4e-4",
-        "effect.voltage_saturation.limit_v=4",
+        "effect.voltage_saturation.limit_v=2",
         "effect.dead_zone.half_width_v=0.05",
         "effect.amplifier_offset.offset_v=0.1",
         "effect.winding_resistance.resistance_ohm=1.6",
@@ -106,7 +106,14 @@ fn explore() {
     for (seed, case) in cases.iter().enumerate().filter(|(_, c)| c.contains(&only)) {
         let recording = recording(case, seed as u64);
         let started = std::time::Instant::now();
-        let d = diagnose(&machine(), &recording, &Options::default()).unwrap();
+        let struck = std::env::var_os("STRUCK").is_some();
+        let catalogue: Vec<_> = slideway::effect::EffectId::ALL
+            .iter()
+            .copied()
+            .filter(|e| !(struck && case.contains(&format!("effect.{}.", e.name()))))
+            .collect();
+        let options = Options { catalogue: &catalogue, ..Options::default() };
+        let d = diagnose(&machine(), &recording, &options).unwrap();
         report(case, &d, started.elapsed().as_secs_f64());
         for r in d.ranking.iter().take(std::env::var("TOP").map_or(3, |t| t.parse().unwrap())) {
             println!("      {:?} p={:.4} G={:.3}", r.effects, r.probability, r.held_out_gap);

@@ -74,7 +74,9 @@ fn ref_a_twin_with_symmetric_friction_lacks_the_asymmetry() {
     }
     let d = diagnosis("models/emps/symmetric.toml");
     let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
-    assert_eq!((d.verdict, named), (Verdict::Cause, vec!["asymmetric_friction"]));
+    // Asymmetry is part of the answer: what it leaves repeats from lap to lap and is no noise.
+    assert_eq!((d.verdict, named), (Verdict::Unknown, vec!["asymmetric_friction"]));
+    assert!(d.left.is_some());
     let friction = cause(&d, "asymmetric_friction");
     assert_published(friction, "viscous_positive_n_s_per_m", 166.7061);
     assert_published(friction, "viscous_negative_n_s_per_m", 240.4236);

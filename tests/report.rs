@@ -115,6 +115,7 @@ fn diagnosis() -> Diagnosis {
         },
         place: place(),
         unexplained: 0.0101,
+        left: None,
         next_experiment: None,
         not_examined: Vec::new(),
         checks: vec![

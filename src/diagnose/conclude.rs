@@ -20,6 +20,13 @@ use std::collections::BTreeMap;
 const INDISTINCT: f64 = 3.0;
 /// Below this share among its rivals the chosen explanation is not decided.
 const DECIDED: f64 = 0.7;
+/// An explanation that is not adequate still stands where it leaves no more than this gap and closes
+/// [`LARGELY_CLOSED`], …
+const SMALL_GAP: f64 = 3.0;
+const LARGELY_CLOSED: f64 = 0.9;
+/// … or where it closes this share: what is left is a detail of it. Otherwise something else is at work too, and the
+/// explanation is only the nearest one.
+const WHOLLY_CLOSED: f64 = 0.99;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL_975: f64 = 1.959_964;
 
@@ -30,9 +37,16 @@ pub fn verdict(found: &Found, before: &Score) -> Verdict {
         let quiet = before.gap() <= ADEQUATE_GAP || chosen.score.gap() <= ADEQUATE_GAP;
         return if quiet { Verdict::NoGap } else { Verdict::Unknown };
     }
-    let own = found.posterior[found.chosen];
+    let gap = chosen.score.gap();
+    let share = closed(before, &chosen.score).value;
+    let explained = gap <= ADEQUATE_GAP
+        || (gap <= SMALL_GAP && share >= LARGELY_CLOSED)
+        || share >= WHOLLY_CLOSED;
+    if !explained {
+        return Verdict::Unknown;
+    }
     let rivals: f64 = rivals(found).map(|(_, probability)| probability).sum();
-    if own / (own + rivals) >= DECIDED { Verdict::Cause } else { Verdict::Undecided }
+    if 1.0 - rivals >= DECIDED { Verdict::Cause } else { Verdict::Undecided }
 }
 
 /// Explanations that lack one of the chosen effects, with their probabilities.

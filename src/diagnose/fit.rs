@@ -21,7 +21,20 @@ pub struct Fit {
     pub standard_errors: Vec<f64>,
 }
 
+/// A tolerance is so many standard deviations of what a stated constant is usually off by.
+const TOLERANCE_SIGMAS: f64 = 2.0;
+
 impl Fit {
+    /// What the calibration strains belief: half the sum of squares of its deviations in standard deviations, with the
+    /// tolerance as two of them.
+    pub fn strain(&self) -> f64 {
+        let calibrated = self.hypothesis.free.iter().zip(&self.values);
+        let deviations = calibrated
+            .filter(|(free, _)| free.freedom == Freedom::Calibration)
+            .map(|(free, value)| TOLERANCE_SIGMAS * (value - free.neutral) / free.scale);
+        0.5 * deviations.map(|d| d * d).sum::<f64>()
+    }
+
     /// The machine as fitted.
     ///
     /// # Errors
@@ -60,6 +73,8 @@ pub struct Objective<'a> {
     hypothesis: &'a Hypothesis,
     experiments: &'a [Experiment],
     floor: &'a Floor,
+    /// Every so many samples one counts.
+    stride: usize,
 }
 
 impl<'a> Objective<'a> {
@@ -70,7 +85,20 @@ impl<'a> Objective<'a> {
         experiments: &'a [Experiment],
         floor: &'a Floor,
     ) -> Self {
-        Self { machine, hypothesis, experiments, floor }
+        Self { machine, hypothesis, experiments, floor, stride: 1 }
+    }
+
+    /// The same objective on samples thinned for a fit of this care.
+    fn for_care(mut self, care: Care) -> Self {
+        if let Care::Rough(known) = care {
+            self.stride = known.stride;
+        }
+        self
+    }
+
+    /// Rows that one signal of a run takes.
+    fn rows(&self, experiment: &Experiment) -> usize {
+        experiment.samples().div_ceil(self.stride)
     }
 
     /// Normalised residuals of all runs, run after run, signal after signal.
@@ -80,14 +108,15 @@ impl<'a> Objective<'a> {
     pub fn residuals(&self, values: &[f64]) -> Result<DVector<f64>> {
         let Ok(machine) = self.hypothesis.machine(self.machine, values) else {
             // A value that the description refuses (no mass left, say) explains nothing.
-            let rows = self.experiments.iter().map(|e| e.samples() * e.signals().len()).sum();
+            let rows = self.experiments.iter().map(|e| self.rows(e) * e.signals().len()).sum();
             return Ok(DVector::from_element(rows, LARGEST));
         };
         let mut all = Vec::new();
         for experiment in self.experiments {
             let predicted = experiment.predict(&machine, Sensing::Perfect)?;
             for &signal in experiment.signals() {
-                all.extend(self.floor.normalised(experiment, signal, &predicted));
+                let residual = self.floor.normalised(experiment, signal, &predicted);
+                all.extend(residual.into_iter().step_by(self.stride));
             }
         }
         for residual in &mut all {
@@ -209,8 +238,8 @@ impl<'a> Objective<'a> {
         for experiment in self.experiments {
             for &signal in experiment.signals() {
                 let profile = self.floor.profile(experiment, signal);
-                let samples = experiment.samples();
-                rows.entry(signal).or_default().push(Rows { offset, samples, profile });
+                let samples = self.rows(experiment);
+                rows.entry(signal).or_default().push(Rows { offset, samples, stride: self.stride, profile });
                 offset += samples;
             }
         }
@@ -222,6 +251,7 @@ impl<'a> Objective<'a> {
 struct Rows<'a> {
     offset: usize,
     samples: usize,
+    stride: usize,
     profile: Option<&'a [f64]>,
 }
 
@@ -229,7 +259,7 @@ impl Rows<'_> {
     /// Row, residual in units of the signal's noise level, and noise profile of each sample.
     fn levelled(&self, residuals: &DVector<f64>) -> impl Iterator<Item = (usize, f64, f64)> {
         (0..self.samples).map(|k| {
-            let profile = self.profile.map_or(1.0, |profile| profile[k]);
+            let profile = self.profile.map_or(1.0, |profile| profile[k * self.stride]);
             (self.offset + k, residuals[self.offset + k] * profile, profile)
         })
     }
@@ -243,7 +273,11 @@ impl Rows<'_> {
 pub struct Sensitivities {
     free: Vec<Free>,
     columns: DMatrix<f64>,
+    stride: usize,
 }
+
+/// Rows that rough fits take at most.
+const ROUGH_ROWS: usize = 20_000;
 
 impl Sensitivities {
     /// The sensitivities of a fit.
@@ -251,10 +285,12 @@ impl Sensitivities {
     /// # Errors
     /// A setting of a run that the machine does not have.
     pub fn of(machine: &Machine, fit: &Fit, experiments: &[Experiment], floor: &Floor) -> Result<Self> {
-        let objective = Objective::new(machine, &fit.hypothesis, experiments, floor);
+        let mut objective = Objective::new(machine, &fit.hypothesis, experiments, floor);
+        let rows: usize = experiments.iter().map(|e| objective.rows(e) * e.signals().len()).sum();
+        objective.stride = rows.div_ceil(ROUGH_ROWS).max(1);
         let residuals = objective.residuals(&fit.values)?;
         let columns = objective.jacobian(&fit.values, &residuals, None)?;
-        Ok(Self { free: fit.hypothesis.free.clone(), columns })
+        Ok(Self { free: fit.hypothesis.free.clone(), columns, stride: objective.stride })
     }
 
     fn column(&self, free: &Free) -> Option<DVector<f64>> {
@@ -313,7 +349,7 @@ pub fn fit(
     warm: Option<&[f64]>,
     care: Care,
 ) -> Result<Fit> {
-    let objective = Objective::new(machine, hypothesis, experiments, floor);
+    let objective = Objective::new(machine, hypothesis, experiments, floor).for_care(care);
     let starts: Vec<Vec<f64>> = match warm {
         Some(values) => vec![inside(hypothesis, values)],
         None => promising(&objective)?,
@@ -462,7 +498,7 @@ fn finish(objective: &Objective, values: Vec<f64>, care: Care) -> Result<Fit> {
     let (weight, _) = objective.prior(&values);
     let (normal, _) = objective.normal(&jacobian, &residuals, &weights, &values);
     let mut scatter = DMatrix::zeros(count, count);
-    for block in blocks(objective.experiments) {
+    for block in blocks(objective) {
         let mut score = DVector::zeros(count);
         for row in block.iter().flat_map(|range| range.clone()) {
             score.axpy(weights[row] * residuals[row], &jacobian.row(row).transpose(), 1.0);
@@ -480,13 +516,13 @@ fn finish(objective: &Objective, values: Vec<f64>, care: Care) -> Result<Fit> {
 }
 
 /// Rows of each block: the same stretch of time in every signal of a run.
-fn blocks(experiments: &[Experiment]) -> Vec<Vec<std::ops::Range<usize>>> {
-    let total: usize = experiments.iter().map(Experiment::samples).sum();
+fn blocks(objective: &Objective) -> Vec<Vec<std::ops::Range<usize>>> {
+    let total: usize = objective.experiments.iter().map(|e| objective.rows(e)).sum();
     let length = total.div_ceil(BLOCKS).max(1);
     let mut offset = 0;
     let mut all = Vec::new();
-    for experiment in experiments {
-        let samples = experiment.samples();
+    for experiment in objective.experiments {
+        let samples = objective.rows(experiment);
         let signals = experiment.signals().len();
         for from in (0..samples).step_by(length) {
             let to = (from + length).min(samples);

@@ -5,6 +5,7 @@
 
 pub mod check;
 mod conclude;
+pub mod cut;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
@@ -16,6 +17,7 @@ pub mod noise;
 pub mod proposals;
 mod segments;
 pub mod selection;
+pub mod shape;
 pub mod verdict;
 pub mod visibility;
 
@@ -59,8 +61,9 @@ pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> 
     let mut found = ready.search(options, None)?;
     if !found.candidates[found.chosen].effects().is_empty() {
         // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
-        ready.set_floor(&found.candidates[found.chosen].fit.machine(machine)?)?;
-        found = ready.search(options, Some(&found))?;
+        if ready.set_floor(&found.candidates[found.chosen].fit.machine(machine)?)? {
+            found = ready.search(options, Some(&found))?;
+        }
     }
     if ready.before.mean_square() < 1.0 + evidence::LEAST_EXCESS {
         // The held-out runs show no gap: there is nothing that a cause could explain.
@@ -77,6 +80,8 @@ struct Ready<'a> {
     held_out: Vec<Experiment>,
     floor: Floor,
     before: Score,
+    /// Stretches of the signal path that show no gap of their own.
+    clean: Vec<cut::Cut>,
 }
 
 impl<'a> Ready<'a> {
@@ -88,21 +93,27 @@ impl<'a> Ready<'a> {
         let all: Vec<&Experiment> = training.iter().chain(&held_out).collect();
         let floor = Floor::estimate(machine, &all)?;
         let before = Score::of(machine, &held_out, &floor)?;
-        Ok(Self { machine, training, held_out, floor, before })
+        let clean = cut::clean(machine, &training)?;
+        Ok(Self { machine, training, held_out, floor, before, clean })
     }
 
-    /// Takes the noise floor of another twin of the same machine.
-    fn set_floor(&mut self, twin: &Machine) -> Result<()> {
+    /// Takes the noise floor of another twin of the same machine; tells whether it is another floor.
+    fn set_floor(&mut self, twin: &Machine) -> Result<bool> {
         let all: Vec<&Experiment> = self.training.iter().chain(&self.held_out).collect();
-        self.floor = Floor::estimate(twin, &all)?;
+        let floor = Floor::estimate(twin, &all)?;
+        if floor.is_like(&self.floor, &self.training) && floor.is_like(&self.floor, &self.held_out) {
+            return Ok(false);
+        }
+        self.floor = floor;
         self.before = Score::of(self.machine, &self.held_out, &self.floor)?;
-        Ok(())
+        Ok(true)
     }
 
     fn search(&self, options: &Options, earlier: Option<&Found>) -> Result<Found> {
         let constants = self.machine.constants();
         let applies = |effect: &EffectId| effect.applies(&constants);
         let catalogue: Vec<EffectId> = options.catalogue.iter().copied().filter(applies).collect();
+        let catalogue = cut::left(&catalogue, &self.clean, &self.training);
         let search = Search {
             machine: self.machine,
             training: &self.training,
@@ -131,6 +142,11 @@ impl<'a> Ready<'a> {
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floor)?;
         conclude::sites(&mut place, &causes, unexplained);
+        let left = match verdict {
+            Verdict::NoGap => None,
+            _ if chosen.score.gap() <= selection::ADEQUATE_GAP => None,
+            _ => Some(shape::shape(&improved, &self.held_out, &self.floor)?),
+        };
         let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
@@ -143,6 +159,7 @@ impl<'a> Ready<'a> {
             gap,
             place,
             unexplained,
+            left,
             next_experiment: None,
             not_examined: Vec::new(),
             checks: [

@@ -32,6 +32,8 @@ pub struct Floor {
     profiles: BTreeMap<Channel, Vec<f64>>,
 }
 
+/// Floors this close in RMS are the same.
+const SAME_FLOOR: f64 = 0.1;
 /// Fraction of a signal's RMS below which a floor would only measure rounding of numbers.
 const LEAST_FRACTION: f64 = 1e-12;
 /// Fraction of a signal's RMS taken where nothing is known.
@@ -102,6 +104,14 @@ impl Floor {
             count += samples;
         }
         self.sigma(signal) * (sum / f64::max(count, 1.0)).sqrt()
+    }
+
+    /// Whether another floor of these runs says the same, within what a few draws of noise leave open.
+    pub fn is_like(&self, other: &Self, experiments: &[Experiment]) -> bool {
+        self.levels.keys().all(|&signal| {
+            let ratio = self.root_mean_square(signal, experiments) / other.root_mean_square(signal, experiments);
+            (ratio - 1.0).abs() < SAME_FLOOR
+        })
     }
 
     /// σ of a signal in SI.

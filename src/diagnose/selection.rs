@@ -79,12 +79,16 @@ pub const ADEQUATE_GAP: f64 = 1.25;
 /// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
 /// named only if it closes this share of the original gap.
 const MATERIAL_SHARE: f64 = 0.005;
+/// An explanation cannot fall below this mean square: noise itself, with some of it taken for signal.
+const LEAST_LEFT: f64 = 0.9;
 /// More effects than this are not named at once.
 const MOST_EFFECTS: usize = 5;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
 /// A rough fit that gains less log-likelihood than this is left: the effect does not show.
 const LEAST_GAIN: f64 = 1.0;
+/// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
+const HOPELESS: f64 = 2.0;
 
 impl Search<'_> {
     /// Runs the search.
@@ -140,8 +144,13 @@ impl Search<'_> {
         let hypotheses: Vec<Hypothesis> =
             fresh.into_iter().filter_map(|set| self.hypothesis(set, base, known)).collect();
         let rough = Care::Rough(&base.sensitivities);
-        let fitted: Result<Vec<Candidate>> =
-            hypotheses.par_iter().map(|hypothesis| self.evaluate(hypothesis, None, rough)).collect();
+        let fitted: Result<Vec<Candidate>> = hypotheses
+            .par_iter()
+            .map(|hypothesis| match self.hopeless(&hypothesis.effects) {
+                Some(fit) => self.judge(fit.clone(), false),
+                None => self.evaluate(hypothesis, None, rough),
+            })
+            .collect();
         found.candidates.extend(fitted?);
         let indices: Vec<usize> = sets.iter().filter_map(|set| found.index(set)).collect();
         self.finish(found, &indices, from)?;
@@ -181,19 +190,34 @@ impl Search<'_> {
         Ok(())
     }
 
+    /// The fit of an earlier search that did not come near its best explanation: another floor will not bring it there.
+    fn hopeless(&self, set: &EffectSet) -> Option<&Fit> {
+        let found = self.earlier?;
+        let index = found.index(set)?;
+        let (own, best) = (&found.candidates[index], &found.candidates[found.chosen]);
+        let share = if own.thorough { 4.0 * HOPELESS } else { HOPELESS };
+        let behind = own.score.mean_square() > share * best.score.mean_square();
+        behind.then_some(&own.fit)
+    }
+
     fn evaluate(&self, hypothesis: &Hypothesis, warm: Option<&[f64]>, care: Care) -> Result<Candidate> {
         let fit = fit(self.machine, hypothesis, self.training, self.floor, warm, care)?;
-        let machine = fit.machine(self.machine)?;
-        let score = Score::of(&machine, self.held_out, self.floor)?;
         let names: Vec<&str> = hypothesis.effects.iter().map(|e| e.name()).collect();
         (self.progress)(&names.join(" + "));
-        Ok(Candidate { fit, score, thorough: matches!(care, Care::Thorough) })
+        self.judge(fit, matches!(care, Care::Thorough))
+    }
+
+    /// Scores a fit on the held-out runs.
+    fn judge(&self, fit: Fit, thorough: bool) -> Result<Candidate> {
+        let machine = fit.machine(self.machine)?;
+        let score = Score::of(&machine, self.held_out, self.floor)?;
+        Ok(Candidate { fit, score, thorough })
     }
 
     /// Adds the best elementary effect as long as that is beyond chance and material; a law that generalises others
     /// only where it leaves nothing open and no elementary effect does.
     fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
-        while found.effects().len() < MOST_EFFECTS {
+        while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
             let sets = self.larger(found.effects(), |e| e.supersedes().is_empty());
             let mut indices = self.explore(found, &sets, found.chosen)?;
             indices.retain(|&index| found.is_resolved(index));
@@ -239,7 +263,8 @@ impl Search<'_> {
             let smaller = subsets(found.effects());
             let indices = self.explore(found, &smaller, found.chosen)?;
             let Some(best) = found.best_of(&indices) else { break };
-            if found.beyond_chance(found.chosen, best) {
+            // What was added beyond chance stays while it pays; more explanations seen since then change the weights.
+            if found.merit(found.chosen) > found.merit(best) {
                 break;
             }
             found.chosen = best;
@@ -340,7 +365,8 @@ impl Found {
 
     /// Log-likelihood less the price of the effects.
     fn merit(&self, index: usize) -> f64 {
-        self.likelihood(index) - price(self.candidates[index].effects())
+        let candidate = &self.candidates[index];
+        self.likelihood(index) - price(candidate.effects()) - candidate.fit.strain()
     }
 
     fn is_adequate(&self, index: usize) -> bool {
@@ -354,6 +380,12 @@ impl Found {
             && self.is_resolved(index)
             && self.beyond_chance(index, self.chosen)
             && self.worth_naming(index, self.chosen, before)
+    }
+
+    /// Whether the chosen explanation leaves so much open that closing it would be worth naming.
+    fn has_material_left(&self, before: &Score) -> bool {
+        let left = self.candidates[self.chosen].score.mean_square();
+        self.chosen == 0 || !self.is_adequate(self.chosen) || left - LEAST_LEFT > MATERIAL_SHARE * (before.mean_square() - 1.0)
     }
 
     /// Whether a candidate leaves more open than the chosen one, by as much as is worth naming.
@@ -379,7 +411,13 @@ impl Found {
                     && away > 1.96 * fit.standard_errors[k]
             })
         };
-        fit.hypothesis.effects.iter().all(resolved)
+        // A number that went to the end of where a fit may look is no finding (none at all is: zero).
+        let runs_off = fit.hypothesis.free.iter().zip(&fit.values).any(|(free, &value)| {
+            let edge = 1e-6 * (free.range.1 - free.range.0);
+            let low = free.range.0 != 0.0 && value - free.range.0 < edge;
+            free.freedom == Freedom::Cause && !free.held && (low || free.range.1 - value < edge)
+        });
+        !runs_off && fit.hypothesis.effects.iter().all(resolved)
     }
 
     /// Whether a law that generalises others beats every set of those others that was looked at: if it does not,
@@ -468,7 +506,7 @@ fn posterior(found: &Found, before: &Score) -> Vec<f64> {
                     return f64::NEG_INFINITY;
                 }
                 let likelihood: f64 = block.iter().zip(&weights).map(|(l, w)| l * w).sum();
-                likelihood - price(candidate.effects())
+                likelihood - price(candidate.effects()) - candidate.fit.strain()
             })
             .collect();
         let most = merits.iter().copied().fold(f64::MIN, f64::max);

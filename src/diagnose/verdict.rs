@@ -2,6 +2,7 @@
 
 use super::check::Finding;
 use super::noise::Source;
+use super::shape::Shape;
 use super::visibility::NotExamined;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -226,6 +227,8 @@ pub struct Diagnosis {
     pub place: Where,
     /// Share of the gap that stays open.
     pub unexplained: f64,
+    /// What the gap that stays open looks like, where it is more than noise.
+    pub left: Option<Shape>,
     /// The experiment that would settle an undecided question; not proposed yet.
     pub next_experiment: Option<String>,
     /// Effects that the recorded signals cannot show.

@@ -67,7 +67,7 @@ impl Law for BaseModeShift {
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         let count = screen.constants.as_ref().map_or(0, |c| c.modes.len());
-        let each = |j: usize| [0.85, 0.97, 1.15].map(|factor| vec![(j + 1) as f64, factor, 1.0]);
+        let each = |j: usize| [0.6, 0.85, 0.97, 1.15, 1.6].map(|factor| vec![(j + 1) as f64, factor, 1.0]);
         (0..count).flat_map(each).collect()
     }
 

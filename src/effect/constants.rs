@@ -42,6 +42,14 @@ pub struct Constants {
 }
 
 impl Constants {
+    /// Motor force per ampere (per volt of a direct motor), N/A or N·m/A.
+    pub fn force_constant(&self) -> f64 {
+        match self.circuit {
+            Circuit::Winding { force_constant, .. } => force_constant,
+            Circuit::Direct { force_per_volt } => force_per_volt,
+        }
+    }
+
     /// Motor force per volt in the steady state at standstill, N/V or N·m/V.
     pub fn force_per_volt(&self) -> f64 {
         match self.circuit {

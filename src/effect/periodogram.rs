@@ -24,6 +24,8 @@ pub struct Pitch {
     pub period: f64,
     /// Coefficients of the columns at this pitch.
     pub coefficients: Vec<f64>,
+    /// Share of the target's mean square, base taken out, that they explain.
+    pub share: f64,
 }
 
 /// Pitches tried at most.
@@ -34,6 +36,10 @@ const OVERSAMPLING: f64 = 5.0;
 const MOST_SAMPLES: usize = 2500;
 /// The smoothing of the missing force passes changes up to about this frequency, in Hz.
 const PASSED_HZ: f64 = 80.0;
+/// Pitches are harmonics of each other within this share.
+const SAME_PITCH: f64 = 0.1;
+/// Share of what a pitch explains that its harmonic must explain to stand for it.
+const AS_MUCH: f64 = 0.9;
 /// A pitch is a peak if no better one lies this many grid points around it.
 const PEAK_WIDTH: usize = 4;
 
@@ -45,8 +51,7 @@ const PEAK_WIDTH: usize = 4;
 /// pitches.
 ///
 /// # Validity
-/// Pitches from those that pass at [`PASSED_HZ`] at slow speed up to the travel itself; a longer one is not told from
-/// a spring.
+/// Pitches from those that pass at [`PASSED_HZ`] at slow speed up to [`Screen::longest_pitch`].
 ///
 /// # Source
 /// Lomb (1976), least-squares frequency analysis, over position instead of time.
@@ -68,10 +73,22 @@ pub fn pitches(
     };
     let mut peaks: Vec<usize> = (0..found.len()).filter(|&k| is_peak(k)).collect();
     peaks.sort_by(|&a, &b| found[b].1.total_cmp(&found[a].1));
+    // A pitch whose harmonic explains as much is that harmonic's, counted twice.
+    let doubled = |k: usize| {
+        peaks.iter().any(|&j| {
+            (found[j].0 / found[k].0 - 2.0).abs() < SAME_PITCH && found[j].1 > AS_MUCH * found[k].1
+        })
+    };
     peaks
-        .into_iter()
+        .iter()
+        .copied()
+        .filter(|&k| !doubled(k))
         .take(most)
-        .map(|k| Pitch { period: 1.0 / found[k].0, coefficients: found[k].2.clone() })
+        .map(|k| Pitch {
+            period: 1.0 / found[k].0,
+            coefficients: found[k].2.clone(),
+            share: found[k].1 / grid.rest.norm_squared().max(f64::MIN_POSITIVE),
+        })
         .collect()
 }
 
@@ -112,7 +129,7 @@ impl Grid {
         let base = orthonormal(base);
         let wanted = DVector::from_iterator(chosen.len(), chosen.iter().map(|&k| target[k]));
         let rest = &wanted - &base * (base.transpose() * &wanted);
-        let frequencies = frequencies(&moments)?;
+        let frequencies = frequencies(&moments, screen.longest_pitch())?;
         Some(Self { moments, base, rest, frequencies })
     }
 
@@ -152,7 +169,7 @@ fn orthonormal(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
     matrix
 }
 
-fn frequencies(moments: &[Moment]) -> Option<Vec<f64>> {
+fn frequencies(moments: &[Moment], longest: f64) -> Option<Vec<f64>> {
     let positions = moments.iter().map(|m| m.position);
     let (low, high) =
         positions.fold((f64::MAX, f64::MIN), |(low, high), x| (f64::min(low, x), f64::max(high, x)));
@@ -163,7 +180,7 @@ fn frequencies(moments: &[Moment]) -> Option<Vec<f64>> {
     if !(travel > 0.0 && slow > 0.0) {
         return None;
     }
-    let (from, to) = (1.0 / travel, PASSED_HZ / slow);
+    let (from, to) = (1.0 / longest, PASSED_HZ / slow);
     let count = ((to - from) * OVERSAMPLING * travel).clamp(1.0, MOST_PITCHES as f64) as usize;
     // Where the grid is cut short it keeps its resolution: the longest pitches are the likeliest.
     Some((0..count).map(|k| from + k as f64 / (OVERSAMPLING * travel)).collect())

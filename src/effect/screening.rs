@@ -1,6 +1,7 @@
 //! What a fit knows before it starts: motion and missing force along the training runs.
 
 use super::Constants;
+use crate::units::Motion;
 use nalgebra::{DMatrix, DVector};
 
 /// One run, sample by sample, in SI.
@@ -23,8 +24,10 @@ pub struct Series {
 /// `missing_force` is what acts on the real moving part but not in the twin:
 /// `d = m·a + c·v − F_motor`, positive along the axis' positive direction, low-pass filtered without
 /// phase shift. It is empty when no signal tells the motor's effort.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Screen {
+    /// Prismatic or revolute.
+    pub motion: Motion,
     /// Constants of the twin as it is.
     pub constants: Option<Constants>,
     /// Position in m or rad.
@@ -49,6 +52,26 @@ pub struct Screen {
     pub largest_force: f64,
     /// Step of the grid on which all recorded positions lie, in m or rad, if there is one.
     pub reading_step: Option<f64>,
+}
+
+impl Default for Screen {
+    fn default() -> Self {
+        Self {
+            motion: Motion::Prismatic,
+            constants: None,
+            position: Vec::new(),
+            velocity: Vec::new(),
+            acceleration: Vec::new(),
+            missing_force: Vec::new(),
+            motor_force: Vec::new(),
+            drive_force: Vec::new(),
+            missing_drive_force: Vec::new(),
+            runs: Vec::new(),
+            load_difference: Vec::new(),
+            largest_force: 0.0,
+            reading_step: None,
+        }
+    }
 }
 
 impl Screen {
@@ -91,9 +114,19 @@ impl Screen {
         self.position.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)))
     }
 
-    /// Pitches that a fit may look for: from a thousandth of the travel to twice the travel.
+    /// The longest pitch that may be looked for: a pitch of which less than three periods are travelled is not told
+    /// from friction and springs, and what turns repeats once a turn at the latest.
+    pub fn longest_pitch(&self) -> f64 {
+        let covered = self.travel() / 3.0;
+        match self.motion {
+            Motion::Prismatic => covered,
+            Motion::Revolute => covered.min(1.01 * std::f64::consts::TAU),
+        }
+    }
+
+    /// Pitches that a fit may look for.
     pub fn period_range(&self) -> (f64, f64) {
-        (1e-3 * self.travel(), 2.0 * self.travel())
+        (1e-3 * self.longest_pitch(), self.longest_pitch())
     }
 
     /// The voltage that the largest motor effort takes at standstill.

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 ///   v ≠ 0:  F = −(F_c + (F_s − F_c)·exp(−(v/v_s)²))·sgn(v)
 ///   v = 0:  F = whatever holds the axis, up to |F| ≤ F_s
 /// ```
-/// It takes the place of Coulomb friction; F_s may be above or below F_c. Positive force acts along positive position.
+/// It takes the place of Coulomb friction; F_s is not below F_c. Positive force acts along positive position.
 ///
 /// # Validity
 /// Static: no memory of how long the axis stood. At speeds well above v_s it is Coulomb friction.
@@ -52,6 +52,11 @@ impl Law for StribeckFriction {
         negative("coulomb_n", self.coulomb_n)
             .or_else(|| negative("stiction_n", self.stiction_n))
             .or_else(|| not_positive("stribeck_velocity_m_per_s", self.stribeck_velocity_m_per_s))
+            .or_else(|| {
+                (self.stiction_n < self.coulomb_n).then(|| {
+                    format!("stiction_n = {} below coulomb_n = {}", self.stiction_n, self.coulomb_n)
+                })
+            })
     }
 
     fn alter(&self, constants: &mut Constants) {
@@ -95,7 +100,8 @@ impl Law for StribeckFriction {
                     _ => (own + 0.05 * screen.largest_force, 0.02 * screen.largest_force),
                 };
                 let coulomb = coulomb.clamp(0.0, screen.largest_force);
-                vec![coulomb, (coulomb + excess).clamp(0.0, screen.largest_force), slow]
+                let stiction = coulomb + excess.clamp(0.01 * coulomb, screen.largest_force);
+                vec![coulomb, stiction, slow]
             })
             .collect()
     }

@@ -92,6 +92,9 @@ fn summary(diagnosis: &Diagnosis, style: Style) -> String {
         );
         out += &line("closed", &closed);
         out += &line("unexplained", &percent(diagnosis.unexplained));
+        if let Some(left) = &diagnosis.left {
+            out += &line("", &left.sentence);
+        }
     }
     out
 }

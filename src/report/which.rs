@@ -14,6 +14,7 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
     let remark = match diagnosis.verdict {
         Verdict::Undecided => "the best explanation; not decided against its rivals",
         _ if diagnosis.causes.is_empty() => "no effect is named",
+        Verdict::Unknown => "the nearest explanation; it leaves more than a detail open",
         _ => "",
     };
     let mut out = style.heading("WHICH", remark);

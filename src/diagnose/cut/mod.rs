@@ -1,0 +1,157 @@
+//! Cuts of the signal path: stretches between two logged signals, each replayed alone from its measured input.
+//!
+//! A stretch whose own replay shows no gap is not where the gap comes from, whatever the closed loop makes of it:
+//! effects that act in it are no explanation.
+
+mod residual;
+
+use super::experiment::Experiment;
+use super::motion::Motion;
+use crate::effect::EffectId;
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::recording::Signal;
+use crate::replay::Traces;
+use crate::twin::Sensing;
+use residual::{controller_residual, drive_residual, force_residual};
+use std::collections::BTreeMap;
+
+/// A stretch of the signal path between two logged signals.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Cut {
+    /// From reference and position to effort: control law and velocity estimate.
+    Controller,
+    /// From effort to current, or to thrust where no current is logged: amplifier and circuit.
+    Drive,
+    /// From current to thrust: force constant and its ripple.
+    Force,
+    /// From motor force to position: guide, structure, sensor.
+    Mechanics,
+}
+
+impl Cut {
+    const ALL: [Self; 4] = [Self::Controller, Self::Drive, Self::Force, Self::Mechanics];
+
+    /// The stretch in words.
+    pub fn words(self) -> &'static str {
+        match self {
+            Self::Controller => "from reference and position to effort",
+            Self::Drive => "from effort to current or thrust",
+            Self::Force => "from current to thrust",
+            Self::Mechanics => "from motor force to position",
+        }
+    }
+
+    /// The stretch in which an effect shows, given which signals were logged.
+    fn of(effect: EffectId, has_current: bool, has_thrust: bool) -> Self {
+        match effect {
+            EffectId::ControllerGain | EffectId::VelocityFilter => Self::Controller,
+            EffectId::LoopDelay
+            | EffectId::VoltageSaturation
+            | EffectId::DeadZone
+            | EffectId::AmplifierOffset
+            | EffectId::WindingResistance
+            | EffectId::WindingInductance
+            | EffectId::BackEmf => Self::Drive,
+            EffectId::ForceConstant | EffectId::ForceRipple => match (has_current, has_thrust) {
+                (true, true) => Self::Force,
+                (false, true) => Self::Drive,
+                _ => Self::Mechanics,
+            },
+            _ => Self::Mechanics,
+        }
+    }
+}
+
+/// A residual this far above what noise makes of it still counts as noise.
+const AS_NOISE: f64 = 1.15;
+/// A stretch whose noise is above this share of what the closed loop is off by cannot be judged by it.
+const SHARP: f64 = 0.2;
+/// A stretch whose residual is below this share of what the closed loop is off by is not where that comes from.
+const NEGLIGIBLE: f64 = 0.01;
+
+/// The stretches that show no gap of their own.
+///
+/// # Model
+/// Each stretch's residual on the recorded runs is compared with the same residual on replays of the twin as it is, noise
+/// as stated: that is what the stretch looks like with nothing wrong in it.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub fn clean(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Cut>> {
+    if experiments.iter().any(|experiment| experiment.input().is_some()) {
+        return Ok(Vec::new()); // replayed in windows already: there is no closed loop to compare with
+    }
+    let mut sums: BTreeMap<Cut, Sums> = BTreeMap::new();
+    for (seed, experiment) in experiments.iter().enumerate() {
+        let own = experiment.machine(machine)?;
+        let replayed = experiment.imagined(machine, seed as u64)?;
+        let perfect = experiment.predict(machine, Sensing::Perfect)?;
+        for cut in Cut::ALL {
+            let Some(measured) = residual(cut, experiment, &own)? else { continue };
+            let Some(made) = residual(cut, &replayed, &own)? else { continue };
+            let sums = sums.entry(cut).or_default();
+            sums.measured += square(&measured);
+            sums.made += square(&made);
+            sums.closed_loop += closed_loop(cut, experiment, &own, &perfect);
+            sums.runs += 1;
+        }
+    }
+    let is_clean = |(_, sums): &(&Cut, &Sums)| {
+        // Noise hides nothing that matters only where it is far below what the closed loop is off by.
+        let sharp = sums.made <= SHARP * SHARP * sums.closed_loop;
+        let noise = sharp && sums.measured <= AS_NOISE * AS_NOISE * sums.made;
+        let negligible = sums.measured <= NEGLIGIBLE * NEGLIGIBLE * sums.closed_loop;
+        sums.runs == experiments.len() && (noise || negligible)
+    };
+    Ok(sums.iter().filter(is_clean).map(|(cut, _)| *cut).collect())
+}
+
+/// Effects of the catalogue that act in none of the clean stretches.
+pub fn left(catalogue: &[EffectId], clean: &[Cut], experiments: &[Experiment]) -> Vec<EffectId> {
+    let logged = |signal| experiments.iter().all(|e| e.run().signal(signal).is_some());
+    let (current, thrust) = (logged(Signal::Current), logged(Signal::Thrust));
+    catalogue.iter().copied().filter(|e| !clean.contains(&Cut::of(*e, current, thrust))).collect()
+}
+
+#[derive(Default)]
+struct Sums {
+    measured: f64,
+    made: f64,
+    closed_loop: f64,
+    runs: usize,
+}
+
+fn square(samples: &[f64]) -> f64 {
+    samples.iter().map(|x| x * x).sum()
+}
+
+/// What is left of a stretch's output, in N or N·m (V for the controller).
+fn residual(cut: Cut, experiment: &Experiment, machine: &Machine) -> Result<Option<Vec<f64>>> {
+    let run = experiment.run();
+    Ok(match cut {
+        Cut::Controller => controller_residual(experiment, machine),
+        Cut::Drive => drive_residual(experiment, &machine.constants()),
+        Cut::Force => force_residual(experiment, &machine.constants()),
+        Cut::Mechanics => {
+            let has_force = run.signal(Signal::Thrust).or(run.signal(Signal::Current)).is_some();
+            let motion = Motion::of(experiment, machine)?;
+            (has_force && !motion.missing_force.is_empty()).then_some(motion.missing_force)
+        }
+    })
+}
+
+/// Sum of squares by which the closed loop misses the stretch's output, in the residual's unit.
+fn closed_loop(cut: Cut, experiment: &Experiment, machine: &Machine, predicted: &Traces) -> f64 {
+    let run = experiment.run();
+    let off = |signal: Signal, trace: &[f64], scale: f64| -> f64 {
+        let pairs = run.signal(signal).unwrap_or_default().iter().zip(trace);
+        pairs.map(|(m, p)| (scale * (m - p)).powi(2)).sum()
+    };
+    let constants = machine.constants();
+    match cut {
+        Cut::Controller => off(Signal::ControlEffort, &predicted.effort_v, 1.0),
+        _ if run.signal(Signal::Thrust).is_some() => off(Signal::Thrust, &predicted.thrust, 1.0),
+        _ => off(Signal::Current, &predicted.current, constants.force_constant()),
+    }
+}

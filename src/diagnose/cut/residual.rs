@@ -1,0 +1,81 @@
+//! Residuals of single stretches of the signal path, from measured input to measured output.
+
+use crate::diagnose::experiment::Experiment;
+use crate::controller::Input;
+use crate::drive::amplifier::SplitDelay;
+use crate::drive::motor::CircuitStep;
+use crate::effect::Constants;
+use crate::machine::Machine;
+use crate::recording::Signal;
+use crate::sensor::VelocityMemory;
+
+/// Measured thrust less force constant times measured current, in N or N·m; none where one is not logged.
+pub fn force_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
+    let run = experiment.run();
+    let (current, thrust) = (run.signal(Signal::Current)?, run.signal(Signal::Thrust)?);
+    let constant = constants.force_constant();
+    Some(current.iter().zip(thrust).map(|(i, f)| f - constant * i).collect())
+}
+
+/// Samples after which a velocity estimate has forgotten how it began.
+const FORGETTING: usize = 64;
+
+/// Measured effort less what the controller computes from measured reference and position, in V.
+pub fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option<Vec<f64>> {
+    let run = experiment.run();
+    let (effort, position) = (run.signal(Signal::ControlEffort)?, run.signal(Signal::Position)?);
+    let on_load = machine.description().load_sensor.as_ref().is_some_and(|s| s.closes_position_loop);
+    let controlled = if on_load { run.signal(Signal::LoadPosition)? } else { position };
+    let constants = machine.constants();
+    let (controller, estimate) = (constants.controller.as_ref()?, &constants.velocity);
+    let (period, start) = (run.sample_period_s(), experiment.recorded().start());
+    let mut velocity = VelocityMemory::moving(start.position, start.velocity, period);
+    let mut memory = None;
+    let residual = experiment.recorded().commands().iter().enumerate().filter_map(|(k, command)| {
+        let input = Input {
+            position_reference: command.position_reference,
+            velocity_reference: command.velocity_reference,
+            position: controlled[k],
+            velocity: estimate.update(&mut velocity, position[k], period),
+        };
+        // The estimate forgets what stood before the run; the integral part, taken over then, does not.
+        if k < FORGETTING {
+            return None;
+        }
+        let own = effort[k] - command.disturbance_v;
+        let memory = memory.get_or_insert_with(|| controller.memory_for(own, input, period));
+        Some(own - controller.effort_v(memory, input, period))
+    });
+    Some(residual.collect())
+}
+
+/// Measured motor effort less what the drive's model makes of the measured voltage, in N or N·m.
+pub fn drive_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
+    let run = experiment.run();
+    let effort = run.signal(Signal::ControlEffort)?;
+    let period = run.sample_period_s();
+    let delay = SplitDelay::new(constants.amplifier.delay_s, period);
+    let steps =
+        [delay.fraction, 1.0 - delay.fraction].map(|f| CircuitStep::new(&constants.circuit, f * period));
+    let (kt, winding) = (steps[0].effort_constant(), steps[0].has_current());
+    let measured: Vec<f64> = match (run.signal(Signal::Current), run.signal(Signal::Thrust)) {
+        (Some(current), _) if winding => current.iter().map(|i| i * kt).collect(),
+        (_, Some(thrust)) => thrust.to_vec(),
+        _ => return None,
+    };
+    let position = run.signal(Signal::Position)?;
+    let applied = |k: usize, back: usize| constants.amplifier.output_v(effort[k.saturating_sub(back)]);
+    let mut current = measured[0] / kt;
+    let modelled = (0..effort.len()).map(|k| {
+        let velocity = if k == 0 { 0.0 } else { (position[k] - position[k - 1]) / period };
+        let voltages = [applied(k, delay.periods + 1), applied(k, delay.periods)];
+        let now = if winding { current } else { voltages[usize::from(delay.fraction == 0.0)] };
+        if winding {
+            for (step, voltage) in steps.iter().zip(voltages).filter(|(step, _)| step.duration_s() > 0.0) {
+                step.advance(&mut current, voltage, velocity);
+            }
+        }
+        now * kt
+    });
+    Some(measured.iter().zip(modelled).map(|(m, p)| m - p).collect())
+}
