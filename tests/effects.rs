@@ -54,7 +54,8 @@ fn report(name: &str, d: &Diagnosis, seconds: f64) {
         .causes
         .iter()
         .map(|c| {
-            let numbers: Vec<String> = c.parameters.iter().map(|(k, p)| format!("{k}={:.4}", p.value)).collect();
+            let numbers: Vec<String> =
+                c.parameters.iter().map(|(k, p)| format!("{k}={:.4}", p.value)).collect();
             format!("{} p={:.3} [{}] ~{:?}", c.effect, c.probability, numbers.join(" "), c.confusable_with)
         })
         .collect();

@@ -26,12 +26,8 @@ pub struct BackEmf {
 impl Law for BackEmf {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "back-EMF off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::differing(
-        "back_emf_v_s_per_m",
-        "back_emf_v_s_per_rad",
-        "V·s/m",
-        "V·s/rad",
-    )];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::differing("back_emf_v_s_per_m", "back_emf_v_s_per_rad", "V·s/m", "V·s/rad")];
 
     fn applies(constants: &Constants) -> bool {
         matches!(constants.circuit, Circuit::Winding { .. })

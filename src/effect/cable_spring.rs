@@ -69,9 +69,6 @@ impl Law for CableSpring {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let (middle, travel) = (screen.middle(), screen.travel());
-        vec![
-            (0.0, 10.0 * screen.largest_force / travel),
-            (middle - 30.0 * travel, middle + 30.0 * travel),
-        ]
+        vec![(0.0, 10.0 * screen.largest_force / travel), (middle - 30.0 * travel, middle + 30.0 * travel)]
     }
 }

@@ -63,7 +63,8 @@ impl Law for FlexibleMode {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         let nyquist = 0.5 / screen.sample_period_s();
         let (least, most) = (0.1 * screen.moving_mass(), 1e3 * screen.moving_mass());
-        let seen = resonances(screen, 4).into_iter().map(|r| vec![r.frequency_hz, r.mass.clamp(least, most), 0.03]);
+        let seen =
+            resonances(screen, 4).into_iter().map(|r| vec![r.frequency_hz, r.mass.clamp(least, most), 0.03]);
         // Above what the missing force passes, a coarse grid.
         let beyond = (0..10).map(|k| 90.0 * 1.3_f64.powi(k)).filter(|frequency| *frequency < 0.7 * nyquist);
         seen.chain(beyond.map(|frequency| vec![frequency, 8.0 * screen.moving_mass(), 0.03])).collect()

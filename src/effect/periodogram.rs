@@ -134,11 +134,7 @@ impl Grid {
     }
 
     /// Sum of squares that the columns explain, and their coefficients.
-    fn explain(
-        &self,
-        rate: f64,
-        columns: &impl Fn(f64, Moment) -> Vec<f64>,
-    ) -> Option<(f64, Vec<f64>)> {
+    fn explain(&self, rate: f64, columns: &impl Fn(f64, Moment) -> Vec<f64>) -> Option<(f64, Vec<f64>)> {
         let rows: Vec<Vec<f64>> = self.moments.iter().map(|m| columns(rate, *m)).collect();
         let width = rows.first()?.len();
         let matrix = DMatrix::from_fn(rows.len(), width, |r, c| rows[r][c]);

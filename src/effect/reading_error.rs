@@ -26,7 +26,8 @@ pub(super) fn inverse(screen: &Screen) -> Vec<Vec<f64>> {
     let force = |rate: f64, m: Moment| {
         let (s, c) = (rate * m.position).sin_cos();
         let of = |slope: f64, curvature: f64| {
-            mass * (curvature * m.velocity * m.velocity + slope * m.acceleration) + viscous * slope * m.velocity
+            mass * (curvature * m.velocity * m.velocity + slope * m.acceleration)
+                + viscous * slope * m.velocity
         };
         vec![of(rate * c, -rate * rate * s), of(-rate * s, -rate * rate * c)]
     };

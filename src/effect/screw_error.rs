@@ -63,7 +63,8 @@ impl Law for ScrewError {
         if screen.load_difference.is_empty() {
             return inverse(screen);
         }
-        let found = super::periodogram::pitches(screen, &screen.load_difference, |r, m| columns(r, m).to_vec(), 3);
+        let found =
+            super::periodogram::pitches(screen, &screen.load_difference, |r, m| columns(r, m).to_vec(), 3);
         found.into_iter().map(|pitch| [vec![pitch.period], pitch.coefficients].concat()).collect()
     }
 

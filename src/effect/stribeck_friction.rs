@@ -38,12 +38,7 @@ impl Law for StribeckFriction {
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::effort("coulomb_n", "coulomb_nm"),
         Parameter::effort("stiction_n", "stiction_nm"),
-        Parameter::differing(
-            "stribeck_velocity_m_per_s",
-            "stribeck_velocity_rad_per_s",
-            "m/s",
-            "rad/s",
-        ),
+        Parameter::differing("stribeck_velocity_m_per_s", "stribeck_velocity_rad_per_s", "m/s", "rad/s"),
     ];
     const SUPERSEDES: &'static [EffectId] = &[EffectId::CoulombFriction];
     const DOORS: &'static [Door] = &[Door::Resistance];
@@ -88,13 +83,8 @@ impl Law for StribeckFriction {
                     .map(|(v, s)| s * (-(v / slow).powi(2)).exp())
                     .collect();
                 let ones = vec![1.0; decay.len()];
-                let columns = [
-                    screen.acceleration.clone(),
-                    screen.velocity.clone(),
-                    direction.clone(),
-                    ones,
-                    decay,
-                ];
+                let columns =
+                    [screen.acceleration.clone(), screen.velocity.clone(), direction.clone(), ones, decay];
                 let (coulomb, excess) = match screen.regress(&columns).as_deref() {
                     Some([_, _, sign, _, extra]) => (own - sign, -extra),
                     _ => (own + 0.05 * screen.largest_force, 0.02 * screen.largest_force),

@@ -27,7 +27,14 @@ pub struct Tolerance {
 
 impl Default for Tolerance {
     fn default() -> Self {
-        Self { mass: 0.03, viscous: 0.12, force_constant: 0.015, resistance: 0.03, inductance: 0.05, effect: 0.10 }
+        Self {
+            mass: 0.03,
+            viscous: 0.12,
+            force_constant: 0.015,
+            resistance: 0.03,
+            inductance: 0.05,
+            effect: 0.10,
+        }
     }
 }
 
