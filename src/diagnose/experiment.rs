@@ -60,7 +60,7 @@ enum Mode {
     /// From the reference, the loop closed by the controller.
     ClosedLoop,
     /// From a measured signal, in windows that begin in the measured state.
-    Windows(Windowed),
+    Windows(Box<Windowed>),
 }
 
 /// The signal that drives a run whose loop cannot be closed.
@@ -224,7 +224,7 @@ fn replayed(run: &Run, machine: &Machine) -> Result<(Recorded, Mode)> {
         (first.position, first.velocity) = (start.position, 0.0);
     }
     let windowed = Windowed::new(run, input, start, restarts, measured::half_width(period))?;
-    Ok((recorded, Mode::Windows(windowed)))
+    Ok((recorded, Mode::Windows(Box::new(windowed))))
 }
 
 /// Whether a signal follows from a replay's input.
