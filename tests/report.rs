@@ -99,6 +99,7 @@ fn diagnosis() -> Diagnosis {
             at_tolerance: true,
         }],
         gap: Gap {
+            rigid_body: None,
             before: 41.2,
             after: 1.08,
             floor: 1.0,

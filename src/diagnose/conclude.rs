@@ -224,6 +224,7 @@ pub fn gap(
         closed: value,
         closed_ci95: [ci95.0, ci95.1],
         predicted_closed,
+        rigid_body: None,
         signals,
     })
 }

@@ -1,5 +1,6 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
+use super::run_setting::RunSettings;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
@@ -48,6 +49,7 @@ pub struct Experiment {
     run: Run,
     recorded: Recorded,
     signals: Vec<Signal>,
+    settings: RunSettings,
 }
 
 impl Experiment {
@@ -88,7 +90,8 @@ impl Experiment {
         let modelled = |signal| signal != Signal::LoadPosition || has_scale;
         let signals =
             COMPARED.into_iter().filter(|&s| run.signal(s).is_some() && modelled(s)).collect();
-        Ok(Self { run: run.clone(), recorded: Recorded::of(run)?, signals })
+        let settings = RunSettings::of(run, machine);
+        Ok(Self { run: run.clone(), recorded: Recorded::of(run)?, signals, settings })
     }
 
     /// The run.
@@ -111,15 +114,12 @@ impl Experiment {
         self.run.len()
     }
 
-    /// The machine as it was set in this run.
+    /// The machine, stated or fitted, as it was set in this run: known numbers of effects on top of fitted ones.
     ///
     /// # Errors
     /// A setting of the run that the machine does not have.
     pub fn machine(&self, machine: &Machine) -> Result<Machine> {
-        if self.run.settings.is_empty() {
-            return Ok(machine.clone());
-        }
-        machine.with_settings(self.run.settings.iter().map(|(key, value)| (key.as_str(), value.clone())))
+        self.settings.machine(machine)
     }
 
     /// What the machine's twin predicts for this run, on the axis plant.

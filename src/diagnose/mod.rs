@@ -9,13 +9,17 @@ pub mod evidence;
 pub mod experiment;
 pub mod fit;
 pub mod hypothesis;
+mod improve;
 mod locate;
 pub mod motion;
 pub mod noise;
 pub mod proposals;
+pub mod prove;
+mod run_setting;
 pub mod selection;
 pub mod verdict;
 
+pub use improve::improved;
 pub use verdict::{Diagnosis, Verdict};
 
 use crate::effect::EffectId;
@@ -114,13 +118,16 @@ impl<'a> Ready<'a> {
         let causes = conclude::causes(found, &self.before);
         let improved = chosen.fit.machine(self.machine)?;
         let predicted = self.predicted_closed(&chosen.fit)?;
-        let gap = conclude::gap(
+        let mut gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
             predicted,
             &self.held_out,
             &self.floor,
         )?;
+        if !causes.is_empty() {
+            gap.rigid_body = prove::rigid_body([self.machine, &improved], &self.held_out, &self.floor);
+        }
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate(self.machine, &self.held_out, &self.floor)?;
         conclude::sites(&mut place, &causes, unexplained);

@@ -2,6 +2,7 @@
 
 use super::check::Finding;
 use super::noise::Source;
+use super::prove::RigidBody;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -123,6 +124,8 @@ pub struct Gap {
     pub closed_ci95: [f64; 2],
     /// What cross-validation inside the training runs predicted.
     pub predicted_closed: f64,
+    /// The same in the rigid-body scene; none without causes, and where the scene cannot be built.
+    pub rigid_body: Option<RigidBody>,
     /// Signal by signal.
     pub signals: Vec<SignalGap>,
 }
