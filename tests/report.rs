@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
+use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
 use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap,
@@ -70,6 +71,28 @@ fn place() -> Where {
         frequency_hz: bands(&[0.0, 1.0, 5.0, 2000.0], &[0.2, 0.7, 0.1]),
         position: bands(&[-1e-12, 2e-3, 4e-3, 2e-2], &[0.55, 0.25, 0.2]),
         speed: bands(&[0.0, 0.013, 0.133], &[0.8, 0.2]),
+    }
+}
+
+fn next_experiment() -> NextExperiment {
+    NextExperiment {
+        motion: Plan {
+            motion: Motion::Prismatic,
+            strokes: vec![5e-3, 4e-3],
+            feeds: vec![0.8; 2],
+            dwell_s: 0.6,
+            added_mass: None,
+        },
+        command: "slideway replay --machine models/slide --cell=0.005@0.8 --held-out=0.004@0.8 --return --dwell 0.6 \
+                  --out next_experiment"
+            .to_owned(),
+        separates: vec![names(&["coulomb_friction"]), names(&["asymmetric_friction"])],
+        leaves_open: Vec::new(),
+        predicted_separation: 31.0,
+        signals: names(&["position_m"]),
+        signal_to_add: None,
+        or_signals: Vec::new(),
+        sentence: "record strokes of 5 mm there and back".to_owned(),
     }
 }
 
@@ -282,7 +305,7 @@ fn exact_undecided_names_the_rivals() {
         ranked(&["coulomb_friction", "loop_delay"], 0.06, 1.08),
         ranked(&["payload"], 0.001, 20.0),
     ];
-    d.next_experiment = Some("strokes there and back at a tenth of the feed".to_owned());
+    d.next_experiment = Some(next_experiment());
     let reports = reports(&d, Motion::Prismatic);
     holds(
         &reports,
@@ -291,7 +314,8 @@ fn exact_undecided_names_the_rivals() {
              (52 %), friction that differs between the two directions (41 %). They leave 1.08 to 1.09 × noise.",
             "52 % 94 % asymmetric_friction",
             "--without",
-            "Next experiment: strokes there and back",
+            "Next experiment: record strokes of 5 mm there and back",
+            "slideway replay --machine models/slide --cell=0.005@0.8",
         ],
     );
     lacks(&reports, &["[effect.", "causes 94 %"]);

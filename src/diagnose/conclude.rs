@@ -20,6 +20,8 @@ use std::collections::BTreeMap;
 const INDISTINCT: f64 = 3.0;
 /// Below this share among its rivals the chosen explanation is not decided.
 const DECIDED: f64 = 0.7;
+/// A rival less probable than this share of the chosen explanation is not looked into.
+const WORTH_MENTIONING: f64 = 0.05;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL_975: f64 = 1.959_964;
 
@@ -110,6 +112,22 @@ fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     names.sort();
     names.dedup();
     names
+}
+
+/// Explanations that these data do not set apart from the chosen one, most probable first, with their weights: those
+/// that predict the held-out runs as well, and those of a probability worth mentioning beside it.
+pub fn open_rivals(found: &Found) -> Vec<(&Candidate, f64)> {
+    let own = found.posterior[found.chosen];
+    let likelihood = |candidate: &Candidate, probability: f64| {
+        probability.max(f64::MIN_POSITIVE).ln() + price(candidate.effects())
+    };
+    let least = likelihood(&found.candidates[found.chosen], own) - INDISTINCT;
+    let mut open: Vec<(&Candidate, f64)> = rivals(found)
+        .filter(|(candidate, p)| likelihood(candidate, *p) > least || *p > WORTH_MENTIONING * own)
+        .map(|(candidate, p)| (candidate, p / own + WORTH_MENTIONING))
+        .collect();
+    open.sort_by(|a, b| b.1.total_cmp(&a.1));
+    open
 }
 
 fn parameters(fit: &Fit, effect: EffectId) -> BTreeMap<String, Parameter> {

@@ -12,6 +12,7 @@ pub mod hypothesis;
 mod improve;
 mod locate;
 pub mod motion;
+pub mod next_experiment;
 pub mod noise;
 pub mod proposals;
 pub mod prove;
@@ -29,6 +30,7 @@ use crate::recording::{HeldOutRuns, Recording, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
 use fit::{Care, fit};
+use next_experiment::NextExperiment;
 use noise::Floor;
 use selection::{Found, Search};
 
@@ -135,7 +137,6 @@ impl<'a> Ready<'a> {
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
             verdict,
-            causes,
             effects: conclude::effects(found, options.catalogue),
             ranking: conclude::ranking(found),
             refinements: conclude::refinements(found, &self.before),
@@ -143,7 +144,8 @@ impl<'a> Ready<'a> {
             gap,
             place,
             unexplained,
-            next_experiment: None,
+            next_experiment: self.next_experiment(found, verdict, &causes)?,
+            causes,
             checks: check::check(self.machine, &self.training, &self.held_out),
             data: verdict::Data {
                 machine: self.machine.description().name.clone(),
@@ -153,6 +155,27 @@ impl<'a> Ready<'a> {
                 note: recording.note.clone(),
             },
             version: env!("CARGO_PKG_VERSION"),
+        })
+    }
+
+    /// What to record next, where an explanation is left that does as well as the chosen one.
+    fn next_experiment(
+        &self,
+        found: &Found,
+        verdict: Verdict,
+        causes: &[verdict::Cause],
+    ) -> Result<Option<NextExperiment>> {
+        let is_open =
+            verdict == Verdict::Undecided || causes.iter().any(|cause| !cause.confusable_with.is_empty());
+        if !is_open {
+            return Ok(None);
+        }
+        next_experiment::propose(&next_experiment::Question {
+            machine: self.machine,
+            training: &self.training,
+            floor: &self.floor,
+            found,
+            rivals: conclude::open_rivals(found),
         })
     }
 

@@ -1,6 +1,7 @@
 //! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
 
 use super::check::Finding;
+use super::next_experiment::NextExperiment;
 use super::noise::Source;
 use super::prove::RigidBody;
 use serde::Serialize;
@@ -228,8 +229,8 @@ pub struct Diagnosis {
     pub place: Where,
     /// Share of the gap that stays open.
     pub unexplained: f64,
-    /// The experiment that would settle an undecided question; not proposed yet.
-    pub next_experiment: Option<String>,
+    /// The experiment that would settle what these data leave open; none where nothing is open, or nothing settles it.
+    pub next_experiment: Option<NextExperiment>,
     /// What was noticed in the data.
     pub checks: Vec<Finding>,
     /// What it stands on.
