@@ -2,12 +2,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use slideway::diagnose::experiment::Experiment;
-use slideway::diagnose::fit::{Care, Objective, fit};
+use slideway::diagnose::fit::Objective;
 use slideway::diagnose::hypothesis::{EffectSet, Hypothesis};
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Floor;
 use slideway::diagnose::proposals::Proposals;
-use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose, motion};
+use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};
@@ -25,6 +25,8 @@ const CELLS: [(f64, f64, Role); 4] = [
     (0.02, 8.0, Role::HeldOut),
     (0.03, 16.0, Role::HeldOut),
 ];
+/// Delay that the twin and the machine with a mode have.
+const DELAY_S: f64 = 500e-6;
 /// A parameter of an effect that is named is found within this share.
 const PARAMETER: f64 = 0.05;
 
@@ -166,6 +168,7 @@ fn ref_thrust_tells_a_force_constant_from_an_encoder_scale() {
     let all = runs(&stated, &real);
     let first = diagnosis(&stated, without(&all, &[Signal::Thrust]), &catalogue);
     let next = first.next_experiment.as_ref().expect("the question is open");
+    assert!(first.causes.iter().all(|cause| !cause.confusable_with.is_empty()), "one group: {:?}", first.causes);
     assert_eq!(next.signal_to_add.as_deref(), Some("thrust_n"), "{next:?}");
     assert!(separates(next, ["force_constant", "encoder_scale"]), "{next:?}");
     let second = diagnosis(&stated, all, &catalogue);
@@ -184,13 +187,13 @@ fn exact_decided_question_asks_for_nothing() {
     assert!(d.causes[0].confusable_with.is_empty() && d.next_experiment.is_none(), "{:?}", d.next_experiment);
 }
 
-/// The known failure of plain parameter fits: a mode that the twin lacks makes a fit of the delay look good on the runs
-/// that it sees. Held-out evidence still names the mode.
+/// The known failure of plain parameter fits: where a mode is missing, a fit of the delay makes it longer than it is and
+/// the residual of the runs that it sees smaller. Held-out evidence still names the mode.
 #[test]
 fn ref_missing_flexible_mode_is_not_taken_for_a_delay() {
-    let stated = machine();
+    let stated = with(&machine(), &[("amplifier.delay_s", DELAY_S)]);
     let mode = "effect.flexible_mode";
-    let hidden = [("frequency_hz", 45.0), ("mass_kg", 600.0), ("damping_ratio", 0.03)];
+    let hidden = [("frequency_hz", 45.0), ("mass_kg", 150.0), ("damping_ratio", 0.03)];
     let keys: Vec<(String, f64)> = hidden.iter().map(|(name, x)| (format!("{mode}.{name}"), *x)).collect();
     let settings: Vec<(&str, f64)> = keys.iter().map(|(key, x)| (key.as_str(), *x)).collect();
     let runs = runs(&stated, &with(&stated, &settings));
@@ -198,18 +201,18 @@ fn ref_missing_flexible_mode_is_not_taken_for_a_delay() {
     let experiments: Vec<Experiment> =
         runs.iter().filter(|r| r.role == Some(Role::Training)).map(|r| Experiment::new(r, &stated).unwrap()).collect();
     let floor = Floor::estimate(&stated, &experiments.iter().collect::<Vec<_>>()).unwrap();
-    let screen = motion::screen(&experiments, &stated).unwrap();
-    let delay = EffectSet::from([EffectId::LoopDelay]);
-    let proposals = Proposals::of(&screen, [EffectId::LoopDelay]);
-    let left = |effects: &EffectSet| {
-        let hypothesis = Hypothesis::new(&stated, effects, &proposals, &[]).unwrap();
-        let fitted = fit(&stated, &hypothesis, &experiments, &floor, None, Care::Thorough).unwrap();
-        let objective = Objective::new(&stated, &hypothesis, &experiments, &floor);
-        (objective.residuals(&fitted.values).unwrap().norm(), fitted.values[0])
+    let nothing = Hypothesis::new(&stated, &EffectSet::new(), &Proposals::default(), &[]).unwrap();
+    let left = |delay_s: f64| {
+        let twin = with(&stated, &[("amplifier.delay_s", delay_s)]);
+        let objective = Objective::new(&twin, &nothing, &experiments, &floor);
+        objective.residuals(&nothing.starts[0]).unwrap().norm()
     };
-    let ((nothing, _), (delayed, delay_s)) = (left(&EffectSet::new()), left(&delay));
-    println!("training residual {nothing:.1} -> {delayed:.1} with a delay of {delay_s:.2e} s");
-    assert!(delayed < 0.95 * nothing && delay_s > 1e-6, "a delay takes up some of it: {nothing} {delayed}");
+    // Least squares over the delay alone.
+    let delays = (0..80).map(|k| f64::from(k) * 12.5e-6);
+    let fitted = delays.min_by(|a, b| left(*a).total_cmp(&left(*b))).unwrap();
+    let shrink = left(fitted) / left(DELAY_S);
+    println!("training residual × {shrink:.3} with a delay of {fitted:.3e} s");
+    assert!(shrink < 0.98 && fitted > DELAY_S + 25e-6, "a delay takes up some of it: {shrink}, {fitted}");
 
     let catalogue = [EffectId::LoopDelay, EffectId::FlexibleMode, EffectId::CoulombFriction, EffectId::Payload];
     let d = diagnosis(&stated, runs, &catalogue);

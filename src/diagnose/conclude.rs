@@ -17,9 +17,12 @@ use crate::twin::Sensing;
 use std::collections::BTreeMap;
 
 /// Explanations closer than this in log-likelihood predict equally well (a factor of 20 in likelihood).
-const INDISTINCT: f64 = 3.0;
+pub const INDISTINCT: f64 = 3.0;
 /// Below this share among its rivals the chosen explanation is not decided.
 const DECIDED: f64 = 0.7;
+/// Explanations closer than this in log-likelihood may differ by no more than chance: by what each fit made of the
+/// noise of the training runs.
+const NEAR: f64 = 12.0;
 /// A rival less probable than this share of the chosen explanation is not looked into.
 const WORTH_MENTIONING: f64 = 0.05;
 /// 97.5 % quantile of the normal distribution.
@@ -114,19 +117,34 @@ fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     names
 }
 
-/// Explanations that these data do not set apart from the chosen one, most probable first, with their weights: those
-/// that predict the held-out runs as well, and those of a probability worth mentioning beside it.
-pub fn open_rivals(found: &Found) -> Vec<(&Candidate, f64)> {
+/// A rival of the chosen explanation.
+pub struct Rival<'a> {
+    /// The explanation.
+    pub candidate: &'a Candidate,
+    /// Its weight among the rivals.
+    pub weight: f64,
+    /// Whether it predicts the held-out runs as well, or leaves the verdict undecided; else it only comes near, and
+    /// chance may be all that is between them.
+    pub is_open: bool,
+}
+
+/// Explanations that these data do not set apart from the chosen one, or hardly, most probable first.
+pub fn open_rivals(found: &Found, verdict: Verdict) -> Vec<Rival<'_>> {
+    let least = if verdict == Verdict::Undecided { WORTH_MENTIONING } else { f64::INFINITY };
     let own = found.posterior[found.chosen];
     let likelihood = |candidate: &Candidate, probability: f64| {
         probability.max(f64::MIN_POSITIVE).ln() + price(candidate.effects())
     };
-    let least = likelihood(&found.candidates[found.chosen], own) - INDISTINCT;
-    let mut open: Vec<(&Candidate, f64)> = rivals(found)
-        .filter(|(candidate, p)| likelihood(candidate, *p) > least || *p > WORTH_MENTIONING * own)
-        .map(|(candidate, p)| (candidate, p / own + WORTH_MENTIONING))
+    let best = likelihood(&found.candidates[found.chosen], own);
+    let mut open: Vec<Rival> = rivals(found)
+        .filter(|(candidate, p)| likelihood(candidate, *p) > best - NEAR || *p > least * own)
+        .map(|(candidate, p)| Rival {
+            candidate,
+            weight: p / own + WORTH_MENTIONING,
+            is_open: likelihood(candidate, p) > best - INDISTINCT || p > least * own,
+        })
         .collect();
-    open.sort_by(|a, b| b.1.total_cmp(&a.1));
+    open.sort_by(|a, b| b.weight.total_cmp(&a.weight));
     open
 }
 

@@ -117,7 +117,8 @@ impl<'a> Ready<'a> {
     fn conclude(&self, found: &Found, recording: &Recording, options: &Options) -> Result<Diagnosis> {
         let chosen = &found.candidates[found.chosen];
         let verdict = conclude::verdict(found, &self.before);
-        let causes = conclude::causes(found, &self.before);
+        let mut causes = conclude::causes(found, &self.before);
+        let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
         let improved = chosen.fit.machine(self.machine)?;
         let predicted = self.predicted_closed(&chosen.fit)?;
         let mut gap = conclude::gap(
@@ -144,7 +145,7 @@ impl<'a> Ready<'a> {
             gap,
             place,
             unexplained,
-            next_experiment: self.next_experiment(found, verdict, &causes)?,
+            next_experiment,
             causes,
             checks: check::check(self.machine, &self.training, &self.held_out),
             data: verdict::Data {
@@ -158,25 +159,35 @@ impl<'a> Ready<'a> {
         })
     }
 
-    /// What to record next, where an explanation is left that does as well as the chosen one.
+    /// What to record next, where an explanation is left that does as well as the chosen one; explanations that could
+    /// not but do as well are added to what the causes can be confused with.
     fn next_experiment(
         &self,
         found: &Found,
         verdict: Verdict,
-        causes: &[verdict::Cause],
+        causes: &mut [verdict::Cause],
     ) -> Result<Option<NextExperiment>> {
-        let is_open =
-            verdict == Verdict::Undecided || causes.iter().any(|cause| !cause.confusable_with.is_empty());
-        if !is_open {
+        if causes.is_empty() && verdict != Verdict::Undecided {
             return Ok(None);
         }
-        next_experiment::propose(&next_experiment::Question {
+        let proposal = next_experiment::propose(&next_experiment::Question {
             machine: self.machine,
             training: &self.training,
+            held_out: &self.held_out,
             floor: &self.floor,
             found,
-            rivals: conclude::open_rivals(found),
-        })
+            rivals: conclude::open_rivals(found, verdict),
+        })?;
+        for effects in &proposal.equivalent {
+            let strange = effects.difference(found.candidates[found.chosen].effects());
+            let strange: Vec<String> = strange.map(|effect| effect.name().to_owned()).collect();
+            for cause in causes.iter_mut().filter(|c| !effects.iter().any(|e| e.name() == c.effect)) {
+                cause.confusable_with.extend(strange.iter().cloned());
+                cause.confusable_with.sort();
+                cause.confusable_with.dedup();
+            }
+        }
+        Ok(proposal.next)
     }
 
     /// Closed share that cross-validation inside the training runs predicts: each run left out in turn is

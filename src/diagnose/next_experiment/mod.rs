@@ -11,15 +11,18 @@ mod words;
 
 pub use plan::Plan;
 
+use super::conclude;
 use super::experiment::{COMPARED, Experiment};
+use super::fit::Fit;
+use super::hypothesis::EffectSet;
 use super::noise::Floor;
-use super::selection::{Candidate, Found};
+use super::selection::Found;
 use crate::drive::motor::Motor;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use rayon::prelude::*;
-use separation::{Rival, Separation, separation};
+use separation::{Pair, Seen, Separation};
 use serde::Serialize;
 use stage::{Measure, Stage};
 use std::collections::BTreeMap;
@@ -53,12 +56,23 @@ pub(super) struct Question<'a> {
     pub(super) machine: &'a Machine,
     /// Runs that were fitted.
     pub(super) training: &'a [Experiment],
+    /// Runs that judged.
+    pub(super) held_out: &'a [Experiment],
     /// Noise floor.
     pub(super) floor: &'a Floor,
     /// What the search found.
     pub(super) found: &'a Found,
-    /// Explanations to be set apart from the chosen one, with their weights.
-    pub(super) rivals: Vec<(&'a Candidate, f64)>,
+    /// Explanations that may have to be set apart from the chosen one.
+    pub(super) rivals: Vec<conclude::Rival<'a>>,
+}
+
+/// An answer to it.
+#[derive(Debug, Default)]
+pub(super) struct Proposal {
+    /// What to record next.
+    pub(super) next: Option<NextExperiment>,
+    /// Explanations that the runs recorded so far cannot set apart from the chosen one, whichever were true.
+    pub(super) equivalent: Vec<EffectSet>,
 }
 
 /// A difference of so many nats settles a question: e¹⁰ to 1, beyond any prior of the catalogue.
@@ -83,22 +97,9 @@ const LEAST_SHARE: f64 = 0.1;
 ///
 /// # Errors
 /// Whatever a replay of the recorded runs refuses.
-pub(super) fn propose(question: &Question) -> Result<Option<NextExperiment>> {
-    let desk = Desk::new(question)?;
-    let Some(desk) = desk else { return Ok(None) };
-    let plans = plan::candidates(question.machine, question.training);
-    let best = desk.best(&plans, None);
-    if let Some(best) = best.filter(|trial| trial.settled > 0.0) {
-        return Ok(Some(desk.write(&best, &[])));
-    }
-    let plain: Vec<Plan> = plans.into_iter().filter(|plan| plan.added_mass.is_none()).collect();
-    let missing = TO_ADD.into_iter().filter(|signal| !desk.logged.contains(signal));
-    let trials: Vec<Trial> = missing.filter_map(|signal| desk.best(&plain, Some(signal))).collect();
-    let most = trials.iter().map(|trial| trial.settled).fold(0.0, f64::max);
-    let mut telling = trials.into_iter().filter(|trial| trial.settled >= most && most > 0.0);
-    let Some(first) = telling.next() else { return Ok(None) };
-    let others: Vec<Signal> = telling.filter_map(|trial| trial.extra).collect();
-    Ok(Some(desk.write(&first, &others)))
+pub(super) fn propose(question: &Question) -> Result<Proposal> {
+    let Some((desk, equivalent)) = Desk::new(question)? else { return Ok(Proposal::default()) };
+    Ok(Proposal { next: desk.next(), equivalent })
 }
 
 /// The rivals, ready to be tried.
@@ -106,9 +107,17 @@ struct Desk<'a> {
     question: &'a Question<'a>,
     logged: Vec<Signal>,
     settings: BTreeMap<String, toml::Value>,
-    chosen: Rival<'a>,
+    chosen: &'a Fit,
     rivals: Vec<Rival<'a>>,
     deflation: Box<dyn Fn(Signal) -> f64 + Sync + 'a>,
+}
+
+/// An explanation beside the chosen one.
+struct Rival<'a> {
+    fit: &'a Fit,
+    weight: f64,
+    /// The chosen one and this one on the recorded runs.
+    pair: Pair,
 }
 
 /// A motion tried on the rivals.
@@ -123,22 +132,58 @@ struct Trial {
 }
 
 impl<'a> Desk<'a> {
-    fn new(question: &'a Question<'a>) -> Result<Option<Self>> {
-        let Question { machine, training, floor, found, rivals } = question;
+    /// The desk, and those explanations on it that the recorded runs cannot set apart from the chosen one; none where
+    /// nothing is open.
+    fn new(question: &'a Question<'a>) -> Result<Option<(Self, Vec<EffectSet>)>> {
+        let Question { machine, training, held_out, floor, found, .. } = question;
         let has = |signal: &Signal| training.iter().all(|e| e.signals().contains(signal));
         let logged: Vec<Signal> = COMPARED.into_iter().filter(has).collect();
-        if logged.is_empty() || rivals.is_empty() {
+        if logged.is_empty() || question.rivals.is_empty() {
             return Ok(None);
         }
         let deflation = found.reference().deflations();
         let measure = Measure { floor, deflation: &deflation, logged: &logged };
-        let recorded: Vec<Stage> = training.iter().map(|e| Stage::recorded(e, &measure)).collect();
-        let ready = |candidate: &'a Candidate, weight: f64| Rival::new(&candidate.fit, weight, machine, &recorded);
-        let chosen = ready(&found.candidates[found.chosen], 0.0)?;
-        let rivals: Result<Vec<Rival>> =
-            rivals.iter().take(MOST_RIVALS).map(|(candidate, weight)| ready(candidate, *weight)).collect();
+        let stages: Vec<Stage> =
+            training.iter().chain(*held_out).map(|e| Stage::recorded(e, &measure)).collect();
+        let on_all = |fit: &Fit| -> Result<Vec<Seen>> {
+            stages.par_iter().map(|stage| Seen::of(fit, stage, machine)).collect()
+        };
+        let chosen = &found.candidates[found.chosen].fit;
+        let seen = on_all(chosen)?;
+        let (mut rivals, mut equivalent) = (Vec::new(), Vec::new());
+        for open in question.rivals.iter().take(MOST_RIVALS) {
+            let fit = &open.candidate.fit;
+            let pair = Pair::new([chosen, fit], [&seen, &on_all(fit)?]);
+            let is_equivalent = pair.known() < conclude::INDISTINCT;
+            if is_equivalent {
+                equivalent.push(open.candidate.effects().clone());
+            }
+            if open.is_open || is_equivalent {
+                rivals.push(Rival { fit, weight: open.weight, pair });
+            }
+        }
+        if rivals.is_empty() {
+            return Ok(None);
+        }
         let settings = shared_settings(training);
-        Ok(Some(Self { question, logged, settings, chosen, rivals: rivals?, deflation: Box::new(deflation) }))
+        let deflation = Box::new(deflation);
+        Ok(Some((Self { question, logged, settings, chosen, rivals, deflation }, equivalent)))
+    }
+
+    /// What to record next: a motion, or a motion with a signal more.
+    fn next(&self) -> Option<NextExperiment> {
+        let plans = plan::candidates(self.question.machine, self.question.training);
+        if let Some(best) = self.best(&plans, None).filter(|trial| trial.settled > 0.0) {
+            return Some(self.write(&best, &[]));
+        }
+        let plain: Vec<Plan> = plans.into_iter().filter(|plan| plan.added_mass.is_none()).collect();
+        let missing = TO_ADD.into_iter().filter(|signal| !self.logged.contains(signal));
+        let trials: Vec<Trial> = missing.filter_map(|signal| self.best(&plain, Some(signal))).collect();
+        let most = trials.iter().map(|trial| trial.settled).fold(0.0, f64::max);
+        let mut telling = trials.into_iter().filter(|trial| trial.settled >= most && most > 0.0);
+        let first = telling.next()?;
+        let others: Vec<Signal> = telling.filter_map(|trial| trial.extra).collect();
+        Some(self.write(&first, &others))
     }
 
     /// The plan that settles most, and among those the one worth most for its time.
@@ -173,14 +218,14 @@ impl<'a> Desk<'a> {
     fn attempt(&self, plan: &Plan, base: &Machine, extra: Option<Signal>) -> Option<Trial> {
         let deflation = |signal: Signal| (self.deflation)(signal);
         let measure = Measure { floor: self.question.floor, deflation: &deflation, logged: &self.logged };
-        let stage = Stage::planned(plan, base, self.chosen.fit, extra, &self.settings, &measure).ok()??;
-        let own = self.chosen.seen(&stage, base).ok()?;
+        let stage = Stage::planned(plan, base, self.chosen, extra, &self.settings, &measure).ok()??;
+        let own = Seen::of(self.chosen, &stage, base).ok()?;
         let separations: Option<Vec<Separation>> = self
             .rivals
             .iter()
             .map(|rival| {
-                let seen = rival.seen(&stage, base).ok()?;
-                separation(&stage, [(&self.chosen, &own), (rival, &seen)])
+                let seen = Seen::of(rival.fit, &stage, base).ok()?;
+                rival.pair.further(&stage, [&own, &seen])
             })
             .collect();
         let separations = separations?;
@@ -194,8 +239,8 @@ impl<'a> Desk<'a> {
     fn write(&self, trial: &Trial, or_signals: &[Signal]) -> NextExperiment {
         let motion = self.question.machine.motion();
         let key = |signal: &Signal| signal.key(motion).to_owned();
-        let effects = |rival: &Rival| -> Vec<String> {
-            rival.fit.hypothesis.effects.iter().map(|e| e.name().to_owned()).collect()
+        let effects = |fit: &Fit| -> Vec<String> {
+            fit.hypothesis.effects.iter().map(|e| e.name().to_owned()).collect()
         };
         let pairs = || self.rivals.iter().zip(&trial.separations);
         let (apart, open): (Vec<_>, Vec<_>) = pairs().partition(|(_, s)| s.nats >= SETTLES);
@@ -206,11 +251,11 @@ impl<'a> Desk<'a> {
         let mut next = NextExperiment {
             motion: trial.plan.clone(),
             command: words::command(&trial.plan, self.question.machine, &self.settings),
-            separates: [effects(&self.chosen)]
+            separates: [effects(self.chosen)]
                 .into_iter()
-                .chain(apart.iter().map(|(rival, _)| effects(rival)))
+                .chain(apart.iter().map(|(rival, _)| effects(rival.fit)))
                 .collect(),
-            leaves_open: open.iter().map(|(rival, _)| effects(rival)).collect(),
+            leaves_open: open.iter().map(|(rival, _)| effects(rival.fit)).collect(),
             predicted_separation: nearest.map_or(0.0, |s| s.nats),
             signals: told.iter().map(|(signal, _)| key(signal)).collect(),
             signal_to_add: trial.extra.as_ref().map(key),

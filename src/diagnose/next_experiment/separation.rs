@@ -11,47 +11,22 @@ use nalgebra::{DMatrix, DVector};
 /// Step by which a number is varied, in its scales: above rounding, below curvature.
 const DIFFERENCE: f64 = 1e-3;
 
-/// An explanation, and how tightly the runs that are there hold its numbers.
-pub(super) struct Rival<'a> {
-    /// Its fit.
-    pub(super) fit: &'a Fit,
-    /// Its weight among the rivals.
-    pub(super) weight: f64,
-    /// Normal matrix of its numbers on the recorded runs, prior of calibration included, in scales.
-    held: DMatrix<f64>,
-}
-
-impl<'a> Rival<'a> {
-    /// The explanation on the runs that are there.
-    ///
-    /// # Errors
-    /// Whatever a replay refuses.
-    pub(super) fn new(fit: &'a Fit, weight: f64, machine: &Machine, recorded: &[Stage]) -> Result<Self> {
-        let free = &fit.hypothesis.free;
-        let prior = DVector::from_fn(free.len(), |k, _| f64::from(free[k].freedom == Freedom::Calibration));
-        let mut held = DMatrix::from_diagonal(&prior);
-        for stage in recorded {
-            let sensitivities = sensitivities(stage, machine, fit, &stage.image(machine, fit, &fit.values)?);
-            held += sensitivities.tr_mul(&sensitivities);
-        }
-        Ok(Self { fit, weight, held })
-    }
-
-    /// What an experiment shows of it.
-    ///
-    /// # Errors
-    /// Whatever a replay refuses.
-    pub(super) fn seen(&self, stage: &Stage, base: &Machine) -> Result<Seen> {
-        let image = stage.image(base, self.fit, &self.fit.values)?;
-        let sensitivities = sensitivities(stage, base, self.fit, &image);
-        Ok(Seen { image, sensitivities })
-    }
-}
-
-/// A prediction and its sensitivities to the explanation's numbers, in scales.
+/// What a run shows of an explanation: its prediction, and the sensitivities of that to its numbers, in scales.
 pub(super) struct Seen {
     image: DVector<f64>,
     sensitivities: DMatrix<f64>,
+}
+
+impl Seen {
+    /// Replays the run as the explanation has it.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub(super) fn of(fit: &Fit, stage: &Stage, base: &Machine) -> Result<Self> {
+        let image = stage.image(base, fit, &fit.values)?;
+        let sensitivities = sensitivities(stage, base, fit, &image);
+        Ok(Self { image, sensitivities })
+    }
 }
 
 fn sensitivities(stage: &Stage, base: &Machine, fit: &Fit, image: &DVector<f64>) -> DMatrix<f64> {
@@ -80,36 +55,91 @@ pub(super) struct Separation {
     pub(super) signals: Vec<(Signal, f64)>,
 }
 
-/// How far the experiment sets two explanations apart, whichever is true: the smaller of both cases.
+/// One explanation refitted to data that another one predicts: the sums of that least-squares problem.
 ///
 /// # Model
 /// With δ the difference of the two predictions in weighted units of noise, J the sensitivities of the one that is
-/// false and N its normal matrix on the runs recorded so far, a new fit to old and new runs together moves its
-/// numbers by Δ = −(JᵀJ + N)⁻¹·Jᵀδ; what it cannot take up is `½·(δᵀδ − δᵀJ·(JᵀJ + N)⁻¹·Jᵀδ)`.
+/// false, and p the distance of its calibrated constants from their stated values in tolerances, its new fit moves its
+/// numbers by the Δ that minimises `‖δ + J·Δ‖² + ‖p + Δ‖² − ‖p‖²`. Half of what is left is what it cannot take up.
 ///
 /// # Validity
-/// Linear in Δ. Two explanations that only the recorded runs hold apart in their numbers stay apart by what those runs
-/// would then misfit.
-pub(super) fn separation(stage: &Stage, [a, b]: [(&Rival, &Seen); 2]) -> Option<Separation> {
-    let [first, second] = [left(stage, a, b)?, left(stage, b, a)?];
-    Some(if first.nats <= second.nats { first } else { second })
+/// Linear in Δ; bounds of the numbers are not looked at.
+#[derive(Clone)]
+struct Refit {
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+    energy: f64,
 }
 
-/// What the first explanation, refitted, leaves of data that the second predicts.
-fn left(stage: &Stage, (rival, seen): (&Rival, &Seen), (_, truth): (&Rival, &Seen)) -> Option<Separation> {
-    let difference = &seen.image - &truth.image;
-    let normal = seen.sensitivities.tr_mul(&seen.sensitivities) + &rival.held;
-    let gradient = seen.sensitivities.tr_mul(&difference);
-    let norm = normal.norm();
-    if !(norm.is_finite() && difference.iter().all(|x| x.is_finite())) {
-        return None;
+impl Refit {
+    fn new(fit: &Fit) -> Self {
+        let free = &fit.hypothesis.free;
+        let calibrated = |k: usize| free[k].freedom == Freedom::Calibration;
+        let pull = |k: usize| {
+            if calibrated(k) { (fit.values[k] - free[k].neutral) / free[k].scale } else { 0.0 }
+        };
+        Self {
+            normal: DMatrix::from_diagonal(&DVector::from_fn(free.len(), |k, _| f64::from(calibrated(k)))),
+            gradient: DVector::from_fn(free.len(), |k, _| pull(k)),
+            energy: 0.0,
+        }
     }
-    let inverse = normal.pseudo_inverse(1e-12 * norm.max(f64::MIN_POSITIVE)).ok()?;
-    let moved = -(&inverse * &gradient);
-    let energy = (difference.norm_squared() + gradient.dot(&moved)).max(0.0);
-    let residual = difference + &seen.sensitivities * moved;
-    let shares = stage.shares(&residual);
-    let total: f64 = shares.iter().map(|(_, share)| share).sum();
-    let signals = shares.into_iter().map(|(signal, share)| (signal, share / total.max(f64::MIN_POSITIVE)));
-    Some(Separation { nats: 0.5 * energy, signals: signals.collect() })
+
+    fn add(&mut self, wrong: &Seen, truth: &Seen) {
+        let difference = &wrong.image - &truth.image;
+        self.normal += wrong.sensitivities.tr_mul(&wrong.sensitivities);
+        self.gradient += wrong.sensitivities.tr_mul(&difference);
+        self.energy += difference.norm_squared();
+    }
+
+    /// Nats that are left, and how the numbers move; none where something is not finite.
+    fn left(&self) -> Option<(f64, DVector<f64>)> {
+        let norm = self.normal.norm();
+        if !(norm.is_finite() && self.energy.is_finite()) {
+            return None;
+        }
+        let inverse = self.normal.clone().pseudo_inverse(1e-12 * norm.max(f64::MIN_POSITIVE)).ok()?;
+        let moved = -(inverse * &self.gradient);
+        Some((0.5 * (self.energy + self.gradient.dot(&moved)).max(0.0), moved))
+    }
+}
+
+/// Two explanations on the runs recorded so far: each refitted to what the other predicts for all of them.
+pub(super) struct Pair {
+    refits: [Refit; 2],
+}
+
+impl Pair {
+    /// The pair on the recorded runs, each shown as both explanations have it.
+    pub(super) fn new([a, b]: [&Fit; 2], recorded: [&[Seen]; 2]) -> Self {
+        let mut refits = [Refit::new(a), Refit::new(b)];
+        for (a, b) in recorded[0].iter().zip(recorded[1]) {
+            refits[0].add(a, b);
+            refits[1].add(b, a);
+        }
+        Self { refits }
+    }
+
+    /// How far the recorded runs set the two apart, whichever is true, in nats.
+    pub(super) fn known(&self) -> f64 {
+        let left = |refit: &Refit| refit.left().map_or(f64::INFINITY, |(nats, _)| nats);
+        left(&self.refits[0]).min(left(&self.refits[1]))
+    }
+
+    /// How far a further run sets them apart, whichever is true: the smaller of both cases.
+    pub(super) fn further(&self, stage: &Stage, [a, b]: [&Seen; 2]) -> Option<Separation> {
+        let case = |refit: &Refit, wrong: &Seen, truth: &Seen| {
+            let (before, _) = refit.left()?;
+            let mut more = refit.clone();
+            more.add(wrong, truth);
+            let (after, moved) = more.left()?;
+            let residual = &wrong.image - &truth.image + &wrong.sensitivities * moved;
+            let shares = stage.shares(&residual);
+            let total: f64 = shares.iter().map(|(_, share)| share).sum();
+            let share = |(signal, share): (Signal, f64)| (signal, share / total.max(f64::MIN_POSITIVE));
+            Some(Separation { nats: (after - before).max(0.0), signals: shares.into_iter().map(share).collect() })
+        };
+        let [first, second] = [case(&self.refits[0], a, b)?, case(&self.refits[1], b, a)?];
+        Some(if first.nats <= second.nats { first } else { second })
+    }
 }

@@ -93,10 +93,12 @@ impl Stage {
         let signals: Vec<Signal> = measure.logged.iter().copied().chain(extra).collect();
         let channels = signals.iter().map(|&signal| {
             let level = own.sigma(signal);
-            let least = if Some(signal) == extra {
-                SENSOR_ERROR * root_mean_square(experiment.run().signal(signal).unwrap_or_default())
-            } else {
+            let least = if Some(signal) != extra {
                 measure.floor.sigma(signal)
+            } else if matches!(signal, Signal::Position | Signal::LoadPosition) {
+                0.0 // its noise is stated, or that of the encoder
+            } else {
+                SENSOR_ERROR * root_mean_square(experiment.run().signal(signal).unwrap_or_default())
             };
             // The noise of the loop in this motion, and at least that of the recording.
             let sigmas = profiled(&own, &experiment, signal, |wider| (level * wider).max(least));

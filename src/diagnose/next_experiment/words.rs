@@ -8,6 +8,9 @@ use crate::recording::Signal;
 use crate::units::{Motion, engineering};
 use std::collections::BTreeMap;
 
+/// Differences in log-likelihood beyond this are not put into numbers.
+const CERTAIN: f64 = 100.0;
+
 /// The command that simulates a plan on the machine as stated.
 pub(super) fn command(plan: &Plan, machine: &Machine, settings: &BTreeMap<String, toml::Value>) -> String {
     let file = machine.file();
@@ -48,8 +51,11 @@ pub(super) fn sentence(next: &NextExperiment) -> String {
     };
     let rivals = rivals.join(", ");
     let nats = next.predicted_separation;
-    // exp(nats) to 1, said as a power of ten where it is out of all proportion.
-    let odds = format!("10^{:.0} to 1", (nats / std::f64::consts::LN_10).min(99.0));
+    let odds = if nats > CERTAIN {
+        "beyond any doubt".to_owned()
+    } else {
+        format!("by {nats:.0} in log-likelihood, that is {:.0e} to 1", nats.exp())
+    };
     let words = |key: &String| signal_words(key, is_linear);
     let tells = next.signals.iter().map(words).collect::<Vec<_>>().join(" and ");
     let mut text = match &next.signal_to_add {
@@ -64,7 +70,7 @@ pub(super) fn sentence(next: &NextExperiment) -> String {
             )
         }
     };
-    text += &format!("; {named} and {rivals} then differ by {nats:.0} in log-likelihood, about {odds}, in {tells}.");
+    text += &format!("; {named} and {rivals} then differ {odds}, in {tells}.");
     if !next.leaves_open.is_empty() {
         let open: Vec<String> = next.leaves_open.iter().map(|r| explanation(r)).collect();
         text += &format!(" It does not tell {named} from {}.", open.join(", "));
