@@ -39,7 +39,14 @@ fn with(machine: &Machine, settings: &[(&str, f64)]) -> Machine {
 }
 
 /// A run of the machine `real`, recorded by people who know the machine `stated` and the settings of this run.
-fn record(stated: &Machine, real: &Machine, name: &str, reference: &[f64], known: &[(&str, f64)], role: Role) -> Run {
+fn record(
+    stated: &Machine,
+    real: &Machine,
+    name: &str,
+    reference: &[f64],
+    known: &[(&str, f64)],
+    role: Role,
+) -> Run {
     let sensing = Sensing::AsStated { seed: run_seed(7, name) };
     let traces = simulate(&with(real, known), PlantChoice::Axis, sensing, reference, |_| ()).unwrap();
     let mut run = recorded(name, stated, reference, traces).unwrap();
@@ -67,14 +74,19 @@ fn planned(plan: &Plan, stated: &Machine, real: &Machine) -> Vec<Run> {
     let roles = [Role::Training, Role::HeldOut];
     let references = plan.references(stated);
     let all = references.iter().zip(roles).enumerate();
-    all.map(|(k, (reference, role))| record(stated, real, &format!("next{k}"), reference, &known, role)).collect()
+    all.map(|(k, (reference, role))| record(stated, real, &format!("next{k}"), reference, &known, role))
+        .collect()
 }
 
 fn without(runs: &[Run], signals: &[Signal]) -> Vec<Run> {
     runs.iter()
         .map(|run| {
-            let kept: BTreeMap<Signal, Vec<f64>> =
-                run.signals().iter().filter(|(s, _)| !signals.contains(s)).map(|(s, x)| (*s, x.clone())).collect();
+            let kept: BTreeMap<Signal, Vec<f64>> = run
+                .signals()
+                .iter()
+                .filter(|(s, _)| !signals.contains(s))
+                .map(|(s, x)| (*s, x.clone()))
+                .collect();
             let mut less = Run::new(run.name(), run.motion(), run.sample_period_s(), kept).unwrap();
             (less.role, less.settings) = (run.role, run.settings.clone());
             less
@@ -114,8 +126,7 @@ const FRICTION: [EffectId; 4] = [
 #[test]
 fn ref_added_mass_tells_load_dependent_from_coulomb_friction() {
     let stated = machine();
-    let truths =
-        [("coulomb_friction", "force_n", 15.0), ("load_dependent_friction", "coefficient", 0.03)];
+    let truths = [("coulomb_friction", "force_n", 15.0), ("load_dependent_friction", "coefficient", 0.03)];
     for (effect, parameter, value) in truths {
         let real = with(&stated, &[(&format!("effect.{effect}.{parameter}"), value)]);
         let mut runs = runs(&stated, &real);
@@ -168,7 +179,11 @@ fn ref_thrust_tells_a_force_constant_from_an_encoder_scale() {
     let all = runs(&stated, &real);
     let first = diagnosis(&stated, without(&all, &[Signal::Thrust]), &catalogue);
     let next = first.next_experiment.as_ref().expect("the question is open");
-    assert!(first.causes.iter().all(|cause| !cause.confusable_with.is_empty()), "one group: {:?}", first.causes);
+    assert!(
+        first.causes.iter().all(|cause| !cause.confusable_with.is_empty()),
+        "one group: {:?}",
+        first.causes
+    );
     assert_eq!(next.signal_to_add.as_deref(), Some("thrust_n"), "{next:?}");
     assert!(separates(next, ["force_constant", "encoder_scale"]), "{next:?}");
     let second = diagnosis(&stated, all, &catalogue);
@@ -198,8 +213,11 @@ fn ref_missing_flexible_mode_is_not_taken_for_a_delay() {
     let settings: Vec<(&str, f64)> = keys.iter().map(|(key, x)| (key.as_str(), *x)).collect();
     let runs = runs(&stated, &with(&stated, &settings));
 
-    let experiments: Vec<Experiment> =
-        runs.iter().filter(|r| r.role == Some(Role::Training)).map(|r| Experiment::new(r, &stated).unwrap()).collect();
+    let experiments: Vec<Experiment> = runs
+        .iter()
+        .filter(|r| r.role == Some(Role::Training))
+        .map(|r| Experiment::new(r, &stated).unwrap())
+        .collect();
     let floor = Floor::estimate(&stated, &experiments.iter().collect::<Vec<_>>()).unwrap();
     let nothing = Hypothesis::new(&stated, &EffectSet::new(), &Proposals::default(), &[]).unwrap();
     let left = |delay_s: f64| {
@@ -214,10 +232,12 @@ fn ref_missing_flexible_mode_is_not_taken_for_a_delay() {
     println!("training residual × {shrink:.3} with a delay of {fitted:.3e} s");
     assert!(shrink < 0.98 && fitted > DELAY_S + 25e-6, "a delay takes up some of it: {shrink}, {fitted}");
 
-    let catalogue = [EffectId::LoopDelay, EffectId::FlexibleMode, EffectId::CoulombFriction, EffectId::Payload];
+    let catalogue =
+        [EffectId::LoopDelay, EffectId::FlexibleMode, EffectId::CoulombFriction, EffectId::Payload];
     let d = diagnosis(&stated, runs, &catalogue);
     assert_eq!((d.verdict, named(&d)), (Verdict::Cause, vec!["flexible_mode"]));
-    let alone = |effect: &str| d.ranking.iter().find(|r| r.effects == [effect.to_owned()]).expect("looked at");
+    let alone =
+        |effect: &str| d.ranking.iter().find(|r| r.effects == [effect.to_owned()]).expect("looked at");
     assert!(alone("loop_delay").held_out_gap > 2.0 * alone("flexible_mode").held_out_gap);
     assert!(alone("loop_delay").probability < 1e-3);
     let frequency = d.causes[0].parameters["frequency_hz"].value;

@@ -105,7 +105,10 @@ fn ref_hidden_friction_written_into_the_machine_leaves_no_gap() {
     assert_eq!(files(&written), ["README.md", "machine.toml", "machine.urdf", "meshes"]);
     let stated = fs::read_to_string(grinder().join("machine.toml")).unwrap();
     let text = fs::read_to_string(written.join("machine.toml")).unwrap();
-    assert!(text.starts_with(stated.trim_end()), "the machine file as it stood comes first, comments and all");
+    assert!(
+        text.starts_with(stated.trim_end()),
+        "the machine file as it stood comes first, comments and all"
+    );
     let machine = Machine::read(&written).unwrap();
     let force = machine.number("effect.coulomb_friction.force_n").unwrap();
     assert!((force - HIDDEN_N).abs() < FORCE_TOLERANCE_N, "{force}");
@@ -156,8 +159,7 @@ fn exact_nothing_is_written_where_nothing_is_missing() {
     let desk = Desk::new(&[]);
     let written = desk.at("improved");
     let (recording, machine) = (desk.at("recording"), grinder().display().to_string());
-    let output =
-        run(&["diagnose", &recording, "--machine", &machine, "--write-machine", &written]);
+    let output = run(&["diagnose", &recording, "--machine", &machine, "--write-machine", &written]);
     assert_eq!(output.status.code(), DONE, "{}", text(&output.stderr));
     assert!(text(&output.stdout).contains("No machine written"));
     assert_eq!(files(desk.folder.path()), ["recording"]);

@@ -37,7 +37,11 @@ pub struct RigidBody {
 /// The score is the one of the reduced axis: same runs, same noise floor, only the plant differs. What the reduced
 /// axis leaves out (the body's attitude, loads of the sliders) is in the scene, so a shrink that rests on the
 /// reduction would not repeat here.
-pub fn rigid_body([stated, improved]: [&Machine; 2], held_out: &[Experiment], floor: &Floor) -> Option<RigidBody> {
+pub fn rigid_body(
+    [stated, improved]: [&Machine; 2],
+    held_out: &[Experiment],
+    floor: &Floor,
+) -> Option<RigidBody> {
     let chosen = within(held_out, LONGEST_S);
     if chosen.is_empty() {
         return None;

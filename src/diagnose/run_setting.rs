@@ -96,7 +96,11 @@ mod tests {
         let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
         let mut folders: Vec<_> = std::fs::read_dir(models).unwrap().map(|e| e.unwrap().path()).collect();
         folders.sort();
-        folders.iter().filter_map(|f| Machine::read(f).ok()).find(|m| m.motion() == Motion::Prismatic).unwrap()
+        folders
+            .iter()
+            .filter_map(|f| Machine::read(f).ok())
+            .find(|m| m.motion() == Motion::Prismatic)
+            .unwrap()
     }
 
     fn run(settings: &[(&str, toml::Value)]) -> Run {

@@ -105,7 +105,8 @@ mod tests {
     use super::*;
     use std::io::Write as _;
 
-    const TEXT: &str = "# A slide.\nname = \"slide\"  # on the left\n\n[motor]\nforce_n_per_v = 35.0  # data sheet\n";
+    const TEXT: &str =
+        "# A slide.\nname = \"slide\"  # on the left\n\n[motor]\nforce_n_per_v = 35.0  # data sheet\n";
 
     fn written(text: &str, target: &str) -> String {
         let mut file = tempfile::NamedTempFile::new().unwrap();
@@ -117,8 +118,12 @@ mod tests {
     fn exact_comments_stay_where_values_change() {
         let target = "name = \"slide\"\n[motor]\nforce_n_per_v = 34.5\nkind = \"direct\"\n[effect.payload]\nmass_kg = 2.0\n[[provenance]]\nversion = \"1\"\n";
         let text = written(TEXT, target);
-        assert_eq!(toml::from_str::<toml::Table>(&text).unwrap(), toml::from_str::<toml::Table>(target).unwrap());
-        for kept in ["# A slide.", "# on the left", "force_n_per_v = 34.5  # data sheet", "[effect.payload]"] {
+        assert_eq!(
+            toml::from_str::<toml::Table>(&text).unwrap(),
+            toml::from_str::<toml::Table>(target).unwrap()
+        );
+        for kept in ["# A slide.", "# on the left", "force_n_per_v = 34.5  # data sheet", "[effect.payload]"]
+        {
             assert!(text.contains(kept), "`{kept}` is not in {text}");
         }
     }
@@ -135,7 +140,10 @@ mod tests {
         // A key that is taken away, an inline table, a key in a table that a dotted head opens.
         for (text, target) in [
             (TEXT, "name = \"slide\"\n"),
-            ("motor = { kind = \"direct\", force_n_per_v = 35.0 }\n", "[motor]\nkind = \"direct\"\nforce_n_per_v = 1.0\n"),
+            (
+                "motor = { kind = \"direct\", force_n_per_v = 35.0 }\n",
+                "[motor]\nkind = \"direct\"\nforce_n_per_v = 1.0\n",
+            ),
             ("motor.kind = \"direct\"\n", "[motor]\nkind = \"winding\"\n"),
         ] {
             let written = written(text, target);

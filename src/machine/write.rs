@@ -78,7 +78,9 @@ impl Machine {
             return refuse("a machine without [[provenance]]".to_owned(), another);
         }
         let (_, own) = machine.files()?;
-        let foreign = there.iter().find(|file| !(file.as_os_str() == FILE_NAME || own.iter().any(|(_, to)| to == *file)));
+        let foreign = there
+            .iter()
+            .find(|file| !(file.as_os_str() == FILE_NAME || own.iter().any(|(_, to)| to == *file)));
         match foreign {
             Some(foreign) => refuse(
                 format!("`{}`, which the machine there does not name", foreign.display()),

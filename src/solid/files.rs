@@ -14,7 +14,10 @@ impl Solid {
     pub fn mesh_files(&self) -> Result<Vec<(PathBuf, PathBuf)>> {
         let text = std::fs::read_to_string(&self.path).map_err(|e| Error::io(&self.path, &e))?;
         let robot = urdf_rs::read_from_string(&text).map_err(|e| {
-            Error::new(ErrorKind::Syntax).file(&self.path).found(e.to_string()).expected("the URDF as it was read")
+            Error::new(ErrorKind::Syntax)
+                .file(&self.path)
+                .found(e.to_string())
+                .expected("the URDF as it was read")
         })?;
         let shapes = robot.links.iter().flat_map(|link| {
             let visual = link.visual.iter().map(|v| &v.geometry);

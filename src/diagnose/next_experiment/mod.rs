@@ -22,7 +22,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use rayon::prelude::*;
-use separation::{Pair, Seen, Separation};
+use separation::{Pair, Seen, Separation, on_all, refitted};
 use serde::Serialize;
 use stage::{Measure, Stage};
 use std::collections::BTreeMap;
@@ -108,13 +108,13 @@ struct Desk<'a> {
     logged: Vec<Signal>,
     settings: BTreeMap<String, toml::Value>,
     chosen: &'a Fit,
-    rivals: Vec<Rival<'a>>,
+    rivals: Vec<Rival>,
     deflation: Box<dyn Fn(Signal) -> f64 + Sync + 'a>,
 }
 
 /// An explanation beside the chosen one.
-struct Rival<'a> {
-    fit: &'a Fit,
+struct Rival {
+    fit: Fit,
     weight: f64,
     /// The chosen one and this one on the recorded runs.
     pair: Pair,
@@ -145,15 +145,12 @@ impl<'a> Desk<'a> {
         let measure = Measure { floor, deflation: &deflation, logged: &logged };
         let stages: Vec<Stage> =
             training.iter().chain(*held_out).map(|e| Stage::recorded(e, &measure)).collect();
-        let on_all = |fit: &Fit| -> Result<Vec<Seen>> {
-            stages.par_iter().map(|stage| Seen::of(fit, stage, machine)).collect()
-        };
         let chosen = &found.candidates[found.chosen].fit;
-        let seen = on_all(chosen)?;
+        let truth = on_all(chosen, &stages, machine)?;
         let (mut rivals, mut equivalent) = (Vec::new(), Vec::new());
         for open in question.rivals.iter().take(MOST_RIVALS) {
-            let fit = &open.candidate.fit;
-            let pair = Pair::new([chosen, fit], [&seen, &on_all(fit)?]);
+            let (fit, seen) = refitted(&open.candidate.fit, &truth, &stages, machine)?;
+            let pair = Pair::new([chosen, &fit], [&truth, &seen]);
             let is_equivalent = pair.known() < conclude::INDISTINCT;
             if is_equivalent {
                 equivalent.push(open.candidate.effects().clone());
@@ -224,7 +221,7 @@ impl<'a> Desk<'a> {
             .rivals
             .iter()
             .map(|rival| {
-                let seen = Seen::of(rival.fit, &stage, base).ok()?;
+                let seen = Seen::of(&rival.fit, &stage, base).ok()?;
                 rival.pair.further(&stage, [&own, &seen])
             })
             .collect();
@@ -246,16 +243,16 @@ impl<'a> Desk<'a> {
         let (apart, open): (Vec<_>, Vec<_>) = pairs().partition(|(_, s)| s.nats >= SETTLES);
         let nearest = apart.iter().map(|(_, s)| *s).min_by(|a, b| a.nats.total_cmp(&b.nats));
         let mut told: Vec<(Signal, f64)> = nearest.map_or_else(Vec::new, |s| s.signals.clone());
-        told.retain(|(_, share)| *share >= LEAST_SHARE);
+        told.retain(|(signal, share)| *share >= LEAST_SHARE || trial.extra == Some(*signal));
         told.sort_by(|a, b| b.1.total_cmp(&a.1));
         let mut next = NextExperiment {
             motion: trial.plan.clone(),
             command: words::command(&trial.plan, self.question.machine, &self.settings),
             separates: [effects(self.chosen)]
                 .into_iter()
-                .chain(apart.iter().map(|(rival, _)| effects(rival.fit)))
+                .chain(apart.iter().map(|(rival, _)| effects(&rival.fit)))
                 .collect(),
-            leaves_open: open.iter().map(|(rival, _)| effects(rival.fit)).collect(),
+            leaves_open: open.iter().map(|(rival, _)| effects(&rival.fit)).collect(),
             predicted_separation: nearest.map_or(0.0, |s| s.nats),
             signals: told.iter().map(|(signal, _)| key(signal)).collect(),
             signal_to_add: trial.extra.as_ref().map(key),

@@ -48,13 +48,7 @@ impl Plan {
     fn new(motion: Motion, stroke: f64, feed: f64, dwell_s: f64) -> Self {
         let strokes = [1.0, JUDGE].map(|share| two_digits(share * stroke));
         let feed = two_digits(feed / per_second(motion));
-        Self {
-            motion,
-            strokes: strokes.to_vec(),
-            feeds: vec![feed; 2],
-            dwell_s,
-            added_mass: None,
-        }
+        Self { motion, strokes: strokes.to_vec(), feeds: vec![feed; 2], dwell_s, added_mass: None }
     }
 
     /// The position references of its runs.
@@ -192,7 +186,8 @@ pub(super) fn candidates(machine: &Machine, recorded: &[Experiment]) -> Vec<Plan
     let mut allowed: Vec<Plan> = Vec::new();
     for plan in plans {
         let known = allowed.contains(&plan);
-        let fits = plan.strokes.iter().all(|stroke| within(*stroke)) && plan.feeds.iter().all(|feed| *feed > 0.0);
+        let fits =
+            plan.strokes.iter().all(|stroke| within(*stroke)) && plan.feeds.iter().all(|feed| *feed > 0.0);
         if fits && !known && plan.lasts_s(machine) <= LONGEST_S {
             allowed.push(plan);
         }

@@ -7,11 +7,13 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Step by which a number is varied, in its scales: above rounding, below curvature.
 const DIFFERENCE: f64 = 1e-3;
 
 /// What a run shows of an explanation: its prediction, and the sensitivities of that to its numbers, in scales.
+#[derive(Clone)]
 pub(super) struct Seen {
     image: DVector<f64>,
     sensitivities: DMatrix<f64>,
@@ -85,6 +87,12 @@ impl Refit {
         }
     }
 
+    fn of((fit, seen): &(Fit, Vec<Seen>), truth: &[Seen]) -> Self {
+        let mut refit = Self::new(fit);
+        seen.iter().zip(truth).for_each(|(wrong, truth)| refit.add(wrong, truth));
+        refit
+    }
+
     fn add(&mut self, wrong: &Seen, truth: &Seen) {
         let difference = &wrong.image - &truth.image;
         self.normal += wrong.sensitivities.tr_mul(&wrong.sensitivities);
@@ -102,6 +110,65 @@ impl Refit {
         let moved = -(inverse * &self.gradient);
         Some((0.5 * (self.energy + self.gradient.dot(&moved)).max(0.0), moved))
     }
+}
+
+/// What several runs show of an explanation.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub(super) fn on_all(fit: &Fit, stages: &[Stage], machine: &Machine) -> Result<Vec<Seen>> {
+    stages.par_iter().map(|stage| Seen::of(fit, stage, machine)).collect()
+}
+
+/// Refits at most.
+const MOST_REFITS: usize = 8;
+/// A misfit of so many nats is none.
+const ARRIVED: f64 = 0.1;
+
+/// The explanation refitted to what another one predicts for the recorded runs.
+///
+/// Two explanations may say the same with far different numbers (a scale here, a constant there), farther than
+/// sensitivities reach: they are compared where they come closest.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub(super) fn refitted(
+    fit: &Fit,
+    truth: &[Seen],
+    stages: &[Stage],
+    machine: &Machine,
+) -> Result<(Fit, Vec<Seen>)> {
+    let mut now = (fit.clone(), on_all(fit, stages, machine)?);
+    let mut best = now.clone();
+    for _ in 0..MOST_REFITS {
+        let Some((_, moved)) = Refit::of(&now, truth).left() else { break };
+        let mut next = now.0.clone();
+        for (k, free) in fit.hypothesis.free.iter().enumerate() {
+            next.values[k] += moved[k] * free.scale;
+            // Calibration is drawn back by its tolerance: stopped at its edge on the way it would distort the step.
+            if free.freedom == Freedom::Cause {
+                next.values[k] = next.values[k].clamp(free.range.0, free.range.1);
+            }
+        }
+        let Ok(seen) = on_all(&next, stages, machine) else { break };
+        // A far step along a curved valley overshoots first; the next one comes back to its floor.
+        now = (next, seen);
+        let gain = misfit(&best, truth) - misfit(&now, truth);
+        if gain > 0.0 {
+            best = now.clone();
+        }
+        if (0.0..ARRIVED).contains(&gain) {
+            break;
+        }
+    }
+    Ok(best)
+}
+
+/// Misfit of an explanation to what another predicts, its calibration's distance from the stated values included,
+/// in nats.
+fn misfit((fit, seen): &(Fit, Vec<Seen>), truth: &[Seen]) -> f64 {
+    let squares: f64 = seen.iter().zip(truth).map(|(a, b)| (&a.image - &b.image).norm_squared()).sum();
+    0.5 * (squares + Refit::new(fit).gradient.norm_squared())
 }
 
 /// Two explanations on the runs recorded so far: each refitted to what the other predicts for all of them.
@@ -137,7 +204,10 @@ impl Pair {
             let shares = stage.shares(&residual);
             let total: f64 = shares.iter().map(|(_, share)| share).sum();
             let share = |(signal, share): (Signal, f64)| (signal, share / total.max(f64::MIN_POSITIVE));
-            Some(Separation { nats: (after - before).max(0.0), signals: shares.into_iter().map(share).collect() })
+            Some(Separation {
+                nats: (after - before).max(0.0),
+                signals: shares.into_iter().map(share).collect(),
+            })
         };
         let [first, second] = [case(&self.refits[0], a, b)?, case(&self.refits[1], b, a)?];
         Some(if first.nats <= second.nats { first } else { second })

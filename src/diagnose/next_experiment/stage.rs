@@ -127,7 +127,9 @@ impl Stage {
     pub(super) fn shares(&self, difference: &DVector<f64>) -> Vec<(Signal, f64)> {
         let samples = self.experiment.samples();
         let parts = self.channels.iter().enumerate();
-        parts.map(|(k, (signal, _))| (*signal, difference.rows(k * samples, samples).norm_squared())).collect()
+        parts
+            .map(|(k, (signal, _))| (*signal, difference.rows(k * samples, samples).norm_squared()))
+            .collect()
     }
 }
 

@@ -39,14 +39,17 @@ pub(super) fn sentence(next: &NextExperiment) -> String {
     let strokes: Vec<String> = plan.strokes.iter().map(stroke).collect();
     let feed = plan.feeds.first().copied().unwrap_or_default();
     let pause = format!("{} s of standstill after each", plan.dwell_s);
-    let motion = format!("strokes of {} there and back at {feed} {}, {pause}", strokes.join(" and "), feed_unit);
+    let motion =
+        format!("strokes of {} there and back at {feed} {}, {pause}", strokes.join(" and "), feed_unit);
     let mass = plan.added_mass.map(|mass| {
         let amount = if is_linear { format!("mass of {mass} kg") } else { format!("inertia of {mass} kg·m²") };
         let path = if is_linear { "mass_kg" } else { "inertia_kg_m2" };
         format!("bolt a known {amount} to the moving part (and say so in the runs: set effect.payload.{path}), then ")
     });
     let (named, rivals) = match next.separates.split_first() {
-        Some((named, rivals)) => (explanation(named), rivals.iter().map(|r| explanation(r)).collect::<Vec<_>>()),
+        Some((named, rivals)) => {
+            (explanation(named), rivals.iter().map(|r| explanation(r)).collect::<Vec<_>>())
+        }
         None => (String::new(), Vec::new()),
     };
     let rivals = rivals.join(", ");
@@ -57,7 +60,10 @@ pub(super) fn sentence(next: &NextExperiment) -> String {
         format!("by {nats:.0} in log-likelihood, that is {:.0e} to 1", nats.exp())
     };
     let words = |key: &String| signal_words(key, is_linear);
-    let tells = next.signals.iter().map(words).collect::<Vec<_>>().join(" and ");
+    // What was added tells; what is left elsewhere is how the rivals come to terms with it.
+    let telling = next.signal_to_add.as_slice();
+    let telling = if telling.is_empty() { &next.signals[..] } else { telling };
+    let tells = telling.iter().map(words).collect::<Vec<_>>().join(" and ");
     let mut text = match &next.signal_to_add {
         None => format!("{}record {motion}", mass.unwrap_or_default()),
         Some(signal) => {
