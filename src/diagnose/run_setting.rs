@@ -12,7 +12,7 @@ use crate::recording::Run;
 /// A setting says what is known of one run: `"effect.payload.mass_kg" = 5` is a weight bolted on for it. A fit says what
 /// is not known of all runs. Where both speak of one number of an effect, the run's difference to the machine as
 /// stated comes on top of the fitted value: `fitted + (set − stated)`, which is the set value as long as nothing is
-/// fitted. So a known payload does not undo the calibration of the mass, nor of a cause found beside it.
+/// fitted; values that an earlier diagnosis wrote into the machine count as fitted. So a known payload does not undo the calibration of the mass, nor of a cause found beside it.
 ///
 /// # Validity
 /// Numbers of effects that have a value where the effect is absent (the stated one, or the one that leaves the twin as
@@ -76,9 +76,13 @@ fn shift(machine: &Machine, key: &str, value: &toml::Value) -> Option<Shift> {
     let (name, number) = key.strip_prefix("effect.")?.split_once('.')?;
     let effect = EffectId::ALL.iter().copied().find(|effect| effect.name() == name)?;
     let index = effect.parameters().iter().position(|p| [p.name, p.revolute_name].contains(&number))?;
-    let stated = stated_values(machine, effect)[index];
     // One name for one number: the one that fits use.
     let path = path(effect, effect.parameters()[index].key(machine.motion()));
+    let stated = match machine.stated_before(&path) {
+        // What an earlier diagnosis identified is no more undone by a known setting than what this one fits.
+        Some(before) => before.unwrap_or(0.0),
+        None => stated_values(machine, effect)[index],
+    };
     stated.is_finite().then_some(Shift { effect, index, path, set, stated })
 }
 
@@ -124,6 +128,23 @@ mod tests {
         let fitted = stated.with_settings([(PAYLOAD, toml::Value::Float(2.25))]).unwrap();
         assert_eq!(settings.machine(&carrying).unwrap().number(PAYLOAD), Some(5.0));
         assert_eq!(settings.machine(&fitted).unwrap().number(PAYLOAD), Some(5.25));
+    }
+
+    #[test]
+    fn exact_identified_values_are_kept_below_a_known_setting() {
+        let file = "[[provenance]]\nrecording_sha256 = \"0\"\ntraining = []\nheld_out = []\ngap_before = 2.0\n\
+                    gap_after = 1.0\nclosed = 1.0\nclosed_ci95 = [1.0, 1.0]\nversion = \"0\"\n\
+                    [[provenance.value]]\npath = \"effect.payload.mass_kg\"\nvalue = 0.25\n\
+                    ci95 = [0.2, 0.3]\nunit = \"kg\"\nbefore = 0.0\nreason = \"calibration\"\n";
+        let mut entry: toml::Table = toml::from_str(file).unwrap();
+        let provenance = entry.remove("provenance").unwrap();
+        let settings = [(PAYLOAD, toml::Value::Float(0.25)), ("provenance", provenance)];
+        let improved = machine().with_settings(settings).unwrap();
+        let set = RunSettings::of(&run(&[(PAYLOAD, toml::Value::Float(5.0))]), &improved);
+        assert_eq!(set.machine(&improved).unwrap().number(PAYLOAD), Some(5.25));
+        // A replay of such a run simulates the same.
+        assert_eq!(improved.on_top(PAYLOAD, toml::Value::Float(5.0)), toml::Value::Float(5.25));
+        assert_eq!(machine().on_top(PAYLOAD, toml::Value::Float(5.0)), toml::Value::Float(5.0));
     }
 
     #[test]

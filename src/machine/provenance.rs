@@ -1,5 +1,6 @@
 //! Where identified values of a machine file come from.
 
+use super::Machine;
 use serde::{Deserialize, Serialize};
 
 /// One diagnosis that wrote values into a machine file: `[[provenance]]`, the newest last.
@@ -55,4 +56,23 @@ pub enum Reason {
     Cause,
     /// A stated constant, moved inside its tolerance.
     Calibration,
+}
+
+impl Machine {
+    /// The value that was stated at a key path before any diagnosis changed it: `None` where none did, `Some(None)` where
+    /// nothing was stated.
+    pub fn stated_before(&self, path: &str) -> Option<Option<f64>> {
+        let mut values = self.description().provenance.iter().flat_map(|step| &step.value);
+        values.find(|value| value.path == path).map(|value| value.before)
+    }
+
+    /// A known setting on top of what diagnoses identified: a weight of 5 kg bolted to a machine whose moving mass was
+    /// found to be 0.3 kg off is a payload of 5.3 kg. Settings of values that no diagnosis changed are left as they are.
+    pub fn on_top(&self, path: &str, setting: toml::Value) -> toml::Value {
+        let known = setting.as_float().or_else(|| setting.as_integer().map(|n| n as f64));
+        match (known, self.stated_before(path), self.number(path)) {
+            (Some(known), Some(before), Some(now)) => (now + (known - before.unwrap_or(0.0))).into(),
+            _ => setting,
+        }
+    }
 }

@@ -199,3 +199,80 @@ pub(super) fn candidates(machine: &Machine, recorded: &[Experiment]) -> Vec<Plan
 fn two_digits(value: f64) -> f64 {
     format!("{value:.1e}").parse().unwrap_or(value)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Run;
+    use std::collections::BTreeMap;
+    use std::path::Path;
+
+    fn machines() -> Vec<Machine> {
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
+        let machines = folders.filter_map(|folder| Machine::read(&folder).ok());
+        machines.filter(|machine| machine.description().controller.is_some()).collect()
+    }
+
+    /// A short motion as it may have been recorded on any machine.
+    fn recorded(machine: &Machine) -> Vec<Experiment> {
+        let stroke = Stroke { stroke: 0.02, feed: 0.1 };
+        let motion = Reference { strokes: vec![stroke], lead_s: 0.1, dwell_s: 0.1, ramp_s: 0.02 };
+        let reference = motion.reference(machine.description().sample_period_s);
+        let signals = [Signal::PositionReference, Signal::Position].map(|s| (s, reference.clone()));
+        let period_s = machine.description().sample_period_s;
+        let run = Run::new("run", machine.motion(), period_s, BTreeMap::from(signals)).unwrap();
+        vec![Experiment::new(&run, machine).unwrap()]
+    }
+
+    #[test]
+    fn exact_motions_stay_within_the_joint() {
+        let machines = machines();
+        assert!(machines.len() >= 2);
+        for machine in machines {
+            let plans = candidates(&machine, &recorded(&machine));
+            assert!(plans.len() > 10, "{}", plans.len());
+            assert!(plans.iter().any(|plan| plan.added_mass.is_some()));
+            let joint = &machine.solid().joint;
+            for plan in plans {
+                assert!(plan.lasts_s(&machine) <= LONGEST_S, "{plan:?}");
+                for reference in plan.references(&machine) {
+                    let inside = reference.iter().all(|x| (joint.lower..=joint.upper).contains(x));
+                    assert!(inside && reference.last().unwrap().abs() < 1e-9, "{plan:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn exact_names_carry_the_units_of_the_axis() {
+        let keys = |motion| {
+            let plan = Plan { added_mass: Some(2.0), ..Plan::new(motion, 0.02, 0.1, 0.5) };
+            let json = serde_json::to_value(plan).unwrap();
+            json.as_object().unwrap().keys().cloned().collect::<Vec<_>>()
+        };
+        let fixed = ["dwell_s", "there_and_back"];
+        for (motion, own) in [
+            (Motion::Prismatic, ["added_mass_kg", "feeds_m_per_min", "strokes_m"]),
+            (Motion::Revolute, ["added_inertia_kg_m2", "feeds_rad_per_s", "strokes_rad"]),
+        ] {
+            let keys = keys(motion);
+            assert!(
+                keys.len() == 5 && own.iter().chain(&fixed).all(|key| keys.iter().any(|k| k == key)),
+                "{keys:?}"
+            );
+        }
+        assert_eq!(Plan::new(Motion::Prismatic, 0.02, 8.0 / 60.0, 0.5).cells(), ["0.02@8", "0.015@8"]);
+    }
+
+    #[test]
+    fn exact_standstill_alone_gives_nothing_to_go_by() {
+        for machine in machines() {
+            let still = vec![0.0; 200];
+            let signals = [Signal::PositionReference, Signal::Position].map(|s| (s, still.clone()));
+            let period_s = machine.description().sample_period_s;
+            let run = Run::new("run", machine.motion(), period_s, BTreeMap::from(signals)).unwrap();
+            assert!(candidates(&machine, &[Experiment::new(&run, &machine).unwrap()]).is_empty());
+        }
+    }
+}

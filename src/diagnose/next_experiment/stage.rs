@@ -25,7 +25,9 @@ pub(super) fn payload_path(machine: &Machine) -> String {
 
 /// What the setting of the payload has to be for a known mass more than the machine has.
 pub(super) fn payload(machine: &Machine, added: f64) -> f64 {
-    machine.number(&payload_path(machine)).unwrap_or(0.0) + added
+    let path = payload_path(machine);
+    let stated = machine.stated_before(&path).unwrap_or_else(|| machine.number(&path));
+    stated.unwrap_or(0.0) + added
 }
 
 /// How residuals are counted in a log-likelihood.
