@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
+use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
 use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap,
@@ -73,6 +74,28 @@ fn place() -> Where {
     }
 }
 
+fn next_experiment() -> NextExperiment {
+    NextExperiment {
+        motion: Plan {
+            motion: Motion::Prismatic,
+            strokes: vec![5e-3, 4e-3],
+            feeds: vec![0.8; 2],
+            dwell_s: 0.6,
+            added_mass: None,
+        },
+        command: "slideway replay --machine models/slide --cell=0.005@0.8 --held-out=0.004@0.8 --return --dwell 0.6 \
+                  --out next_experiment"
+            .to_owned(),
+        separates: vec![names(&["coulomb_friction"]), names(&["asymmetric_friction"])],
+        leaves_open: Vec::new(),
+        predicted_separation: 31.0,
+        signals: names(&["position_m"]),
+        signal_to_add: None,
+        or_signals: Vec::new(),
+        sentence: "record strokes of 5 mm there and back".to_owned(),
+    }
+}
+
 fn names(list: &[&str]) -> Vec<String> {
     list.iter().map(|name| (*name).to_owned()).collect()
 }
@@ -99,6 +122,7 @@ fn diagnosis() -> Diagnosis {
             at_tolerance: true,
         }],
         gap: Gap {
+            rigid_body: None,
             before: 41.2,
             after: 1.08,
             floor: 1.0,
@@ -283,7 +307,7 @@ fn exact_undecided_names_the_rivals() {
         ranked(&["coulomb_friction", "loop_delay"], 0.06, 1.08),
         ranked(&["payload"], 0.001, 20.0),
     ];
-    d.next_experiment = Some("strokes there and back at a tenth of the feed".to_owned());
+    d.next_experiment = Some(next_experiment());
     let reports = reports(&d, Motion::Prismatic);
     holds(
         &reports,
@@ -292,7 +316,8 @@ fn exact_undecided_names_the_rivals() {
              (52 %), friction that differs between the two directions (41 %). They leave 1.08 to 1.09 × noise.",
             "52 % 94 % asymmetric_friction",
             "--without",
-            "Next experiment: strokes there and back",
+            "Next experiment: record strokes of 5 mm there and back",
+            "slideway replay --machine models/slide --cell=0.005@0.8",
         ],
     );
     lacks(&reports, &["[effect.", "causes 94 %"]);

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
-use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose, improved};
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
@@ -51,6 +51,9 @@ pub(super) struct Diagnose {
     /// Draw where the gap lies and how far it shrinks, as SVG
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    /// Write the machine with the named causes in it as a folder of its own, with where its values come from
+    #[arg(long, value_name = "DIR")]
+    write_machine: Option<PathBuf>,
     /// Exit with 1 when there is a gap
     #[arg(long)]
     exit_code: bool,
@@ -75,6 +78,7 @@ impl Diagnose {
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         let destination = self.destination()?;
         self.figure.iter().try_for_each(|path| check_place(path, "--figure"))?;
+        self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
         let recording = Recording::read(&self.recording)?;
         let machine = self.machine(&recording)?;
         let diagnosis = self.diagnose(&machine, &recording, screen)?;
@@ -90,11 +94,25 @@ impl Diagnose {
         if let Some(path) = &self.figure {
             write(path, &svg(&diagnosis, &sentence(&diagnosis, machine.motion())))?;
         }
+        let written = self.write_improved(&diagnosis, &machine)?;
         if !matches!(destination, Destination::Stdout) {
-            write!(screen.out, "{}", terminal(&diagnosis, machine.motion(), style()))?;
+            write!(screen.out, "{}{written}", terminal(&diagnosis, machine.motion(), style()))?;
         }
         let is_gap = diagnosis.verdict != Verdict::NoGap;
         Ok(if self.exit_code && is_gap { ExitCode::from(GAP_FOUND) } else { ExitCode::SUCCESS })
+    }
+
+    /// Writes the improved machine where one was asked for; a sentence about it.
+    fn write_improved(&self, diagnosis: &Diagnosis, machine: &Machine) -> Result<String, Error> {
+        let Some(folder) = &self.write_machine else { return Ok(String::new()) };
+        let place = folder.display();
+        Ok(match improved(diagnosis, machine)? {
+            Some((better, provenance)) => {
+                better.write(folder, provenance)?;
+                format!("\nImproved machine written to {place}; diagnose again with --machine {place}\n")
+            }
+            None => format!("\nNo machine written to {place}: there is no decided cause to put into it.\n"),
+        })
     }
 
     /// Where the JSON goes, made sure of before the work begins.

@@ -2,6 +2,7 @@
 
 use super::measured;
 use crate::drive::motor::Motor;
+use super::run_setting::RunSettings;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
@@ -52,6 +53,7 @@ pub struct Experiment {
     recorded: Recorded,
     signals: Vec<Signal>,
     mode: Mode,
+    settings: RunSettings,
 }
 
 /// How a run is replayed.
@@ -127,7 +129,8 @@ impl Experiment {
             .into_iter()
             .filter(|s| run.signal(*s).is_some() && modelled(*s) && compared(s))
             .collect();
-        Ok(Self { run: run.clone(), recorded, signals, mode })
+        let settings = RunSettings::of(run, machine);
+        Ok(Self { run: run.clone(), recorded, signals, mode, settings })
     }
 
     /// The signal that drives the replay; none where it follows the reference in closed loop.
@@ -180,15 +183,12 @@ impl Experiment {
         self.run.len()
     }
 
-    /// The machine as it was set in this run.
+    /// The machine, stated or fitted, as it was set in this run: known numbers of effects on top of fitted ones.
     ///
     /// # Errors
     /// A setting of the run that the machine does not have.
     pub fn machine(&self, machine: &Machine) -> Result<Machine> {
-        if self.run.settings.is_empty() {
-            return Ok(machine.clone());
-        }
-        machine.with_settings(self.run.settings.iter().map(|(key, value)| (key.as_str(), value.clone())))
+        self.settings.machine(machine)
     }
 
     /// What the machine's twin predicts for this run, on the axis plant.

@@ -127,7 +127,7 @@ fn parameters(effect: EffectId, motion: Motion) -> impl Iterator<Item = (&'stati
 }
 
 /// Parameter values that leave the twin as its file states it.
-fn stated_values(machine: &Machine, effect: EffectId) -> Vec<f64> {
+pub(super) fn stated_values(machine: &Machine, effect: EffectId) -> Vec<f64> {
     let neutral = effect.neutral(&machine.constants());
     effect
         .parameters()

@@ -10,17 +10,22 @@ pub mod evidence;
 pub mod experiment;
 pub mod fit;
 pub mod hypothesis;
+mod improve;
 mod locate;
 mod measured;
 pub mod motion;
+pub mod next_experiment;
 pub mod noise;
 pub mod proposals;
+pub mod prove;
+mod run_setting;
 mod segments;
 pub mod selection;
 pub mod shape;
 pub mod verdict;
 pub mod visibility;
 
+pub use improve::improved;
 pub use verdict::{Diagnosis, Verdict};
 
 use crate::effect::EffectId;
@@ -30,6 +35,7 @@ use crate::recording::{HeldOutRuns, Recording, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
 use fit::{Care, fit};
+use next_experiment::NextExperiment;
 use noise::Floor;
 use selection::{Found, Search};
 use visibility::View;
@@ -129,16 +135,20 @@ impl<'a> Ready<'a> {
     fn conclude(&self, found: &Found, recording: &Recording, options: &Options) -> Result<Diagnosis> {
         let chosen = &found.candidates[found.chosen];
         let verdict = conclude::verdict(found, &self.before);
-        let causes = conclude::causes(found, &self.before);
+        let mut causes = conclude::causes(found, &self.before);
+        let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
         let improved = chosen.fit.machine(self.machine)?;
         let predicted = self.predicted_closed(&chosen.fit)?;
-        let gap = conclude::gap(
+        let mut gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
             predicted,
             &self.held_out,
             &self.floor,
         )?;
+        if !causes.is_empty() {
+            gap.rigid_body = prove::rigid_body([self.machine, &improved], &self.held_out, &self.floor);
+        }
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floor)?;
         conclude::sites(&mut place, &causes, unexplained);
@@ -151,7 +161,6 @@ impl<'a> Ready<'a> {
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
             verdict,
-            causes,
             effects: conclude::effects(found, options.catalogue),
             ranking: conclude::ranking(found),
             refinements: conclude::refinements(found, &self.before),
@@ -160,7 +169,8 @@ impl<'a> Ready<'a> {
             place,
             unexplained,
             left,
-            next_experiment: None,
+            next_experiment,
+            causes,
             not_examined: Vec::new(),
             checks: [
                 check::check(self.machine, &self.training, &self.held_out),
@@ -177,6 +187,37 @@ impl<'a> Ready<'a> {
             },
             version: env!("CARGO_PKG_VERSION"),
         })
+    }
+
+    /// What to record next, where an explanation is left that does as well as the chosen one; explanations that could
+    /// not but do as well are added to what the causes can be confused with.
+    fn next_experiment(
+        &self,
+        found: &Found,
+        verdict: Verdict,
+        causes: &mut [verdict::Cause],
+    ) -> Result<Option<NextExperiment>> {
+        if causes.is_empty() && verdict != Verdict::Undecided {
+            return Ok(None);
+        }
+        let proposal = next_experiment::propose(&next_experiment::Question {
+            machine: self.machine,
+            training: &self.training,
+            held_out: &self.held_out,
+            floor: &self.floor,
+            found,
+            rivals: conclude::open_rivals(found, verdict),
+        })?;
+        for effects in &proposal.equivalent {
+            let strange = effects.difference(found.candidates[found.chosen].effects());
+            let strange: Vec<String> = strange.map(|effect| effect.name().to_owned()).collect();
+            for cause in causes.iter_mut().filter(|c| !effects.iter().any(|e| e.name() == c.effect)) {
+                cause.confusable_with.extend(strange.iter().cloned());
+                cause.confusable_with.sort();
+                cause.confusable_with.dedup();
+            }
+        }
+        Ok(proposal.next)
     }
 
     /// Closed share that cross-validation inside the training runs predicts: each run left out in turn is

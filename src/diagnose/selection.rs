@@ -358,7 +358,7 @@ impl Found {
     }
 
     /// Best explanation so far; its residuals say how large and how correlated the unexplained part is.
-    fn reference(&self) -> &Score {
+    pub fn reference(&self) -> &Score {
         reference(&self.candidates)
     }
 

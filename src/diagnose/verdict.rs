@@ -1,7 +1,9 @@
 //! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
 
 use super::check::Finding;
+use super::next_experiment::NextExperiment;
 use super::noise::Source;
+use super::prove::RigidBody;
 use super::shape::Shape;
 use super::visibility::NotExamined;
 use serde::Serialize;
@@ -125,6 +127,8 @@ pub struct Gap {
     pub closed_ci95: [f64; 2],
     /// What cross-validation inside the training runs predicted.
     pub predicted_closed: f64,
+    /// The same in the rigid-body scene; none without causes, and where the scene cannot be built.
+    pub rigid_body: Option<RigidBody>,
     /// Signal by signal.
     pub signals: Vec<SignalGap>,
 }
@@ -229,8 +233,8 @@ pub struct Diagnosis {
     pub unexplained: f64,
     /// What the gap that stays open looks like, where it is more than noise.
     pub left: Option<Shape>,
-    /// The experiment that would settle an undecided question; not proposed yet.
-    pub next_experiment: Option<String>,
+    /// The experiment that would settle what these data leave open; none where nothing is open, or nothing settles it.
+    pub next_experiment: Option<NextExperiment>,
     /// Effects that the recorded signals cannot show.
     pub not_examined: Vec<NotExamined>,
     /// What was noticed in the data.

@@ -1,6 +1,6 @@
 //! What a machine file says.
 
-use super::Tolerance;
+use super::{Provenance, Tolerance};
 use crate::base::Mode;
 use crate::controller::Controller;
 use crate::drive::amplifier::Amplifier;
@@ -57,6 +57,9 @@ pub struct Description {
     /// Effects that the twin already has, a table per effect.
     #[serde(default)]
     pub effect: Effects,
+    /// Diagnoses that wrote values into this file, the newest last; nothing that the twin reads.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub provenance: Vec<Provenance>,
 }
 
 /// The machine base.

@@ -21,6 +21,10 @@
 //! current_a = "motor current"
 //! control_effort_v = { column = "dac", unit = 3.05e-4, scale = -1, offset = 0.01 }
 //! ```
+//! A run's `set` says what is known of the machine in this run alone: gains, or a weight bolted on as
+//! `{ "effect.payload.mass_kg" = 5.0 }`. Where a diagnosis fits the same number of an effect, the run's difference to
+//! the machine file comes on top of the fitted value.
+//!
 //! A reading becomes SI as `reading · unit · scale + offset`; a unit may be a number, in SI units per count.
 //!
 //! Rows are counted as an editor does: the header of a CSV file is row 1 (comment lines above it are not
@@ -52,6 +56,7 @@ pub use run::{Role, Run};
 pub use signal::{Signal, TIME_KEY};
 pub use split::{HeldOutRuns, SplitRule, TrainingRuns};
 pub use timing::{PeriodSource, Timing};
+pub(crate) use write::swap_in;
 pub use write::{Existing, Format};
 
 use crate::error::{Error, ErrorKind, Result};

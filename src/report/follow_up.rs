@@ -138,7 +138,12 @@ pub(super) fn next(diagnosis: &Diagnosis, style: Style) -> String {
         out += &snippet(diagnosis);
     }
     if let Some(experiment) = &diagnosis.next_experiment {
-        out += &paragraph(&format!("Next experiment: {experiment}"), style);
+        out += "\n";
+        out += &paragraph(&format!("Next experiment: {}", experiment.sentence), style);
+        // Lines that can be pasted as they stand.
+        let lines = wrap(&experiment.command, style.width - columns(INDENT) - 2);
+        let rows: Vec<String> = lines.iter().map(|line| format!("{INDENT}{line}")).collect();
+        out += &format!("\n{}\n", rows.join(" \\\n"));
     }
     out
 }
