@@ -128,7 +128,24 @@ impl Experiment {
     /// A setting of the run that the machine does not have.
     pub fn predict(&self, machine: &Machine, sensing: Sensing) -> Result<Traces> {
         let machine = self.machine(machine)?;
-        Ok(self.recorded.replay(&machine, Axis::of(&machine.constants()), sensing))
+        let mut traces = self.recorded.replay(&machine, Axis::of(&machine.constants()), sensing);
+        self.share_zero(&machine, &mut traces);
+        Ok(traces)
+    }
+
+    /// Of two position sensors, the one that does not close the position loop has a zero that means nothing, and where
+    /// in its play a drive train stood at the start is not known: its prediction is moved to the recorded mean.
+    fn share_zero(&self, machine: &Machine, traces: &mut Traces) {
+        let Some(sensor) = &machine.description().load_sensor else { return };
+        let [position, load] = [Signal::Position, Signal::LoadPosition].map(|s| self.run.signal(s));
+        let (Some(position), Some(load)) = (position, load) else { return };
+        let (recorded, predicted) = match sensor.closes_position_loop {
+            true => (position, &mut traces.position),
+            false => (load, &mut traces.load_position),
+        };
+        let sum: f64 = recorded.iter().zip(predicted.iter()).map(|(r, p)| r - p).sum();
+        let zero = sum / recorded.len() as f64;
+        predicted.iter_mut().filter(|_| zero.is_finite()).for_each(|p| *p += zero);
     }
 }
 

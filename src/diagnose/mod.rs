@@ -4,6 +4,7 @@
 //! compare (held-out runs only) → conclude.
 
 pub mod check;
+pub mod compare;
 mod conclude;
 pub mod evidence;
 pub mod experiment;
@@ -16,6 +17,7 @@ pub mod proposals;
 pub mod selection;
 pub mod verdict;
 
+pub use compare::compare;
 pub use verdict::{Diagnosis, Verdict};
 
 use crate::effect::EffectId;
@@ -145,6 +147,7 @@ impl<'a> Ready<'a> {
                 sha256: recording.sha256(),
                 note: recording.note.clone(),
             },
+            reference: None,
             version: env!("CARGO_PKG_VERSION"),
         })
     }

@@ -47,7 +47,8 @@ impl Bristle {
         let target = |mean: f64| half * (coast.velocity + coast.free_velocity + coast.mobility * mean);
         // The root lies between the displacements under the extreme mean forces.
         let (mut low, mut high) = (target(-self.force), target(self.force));
-        let mut travel = target(begun).clamp(low, high);
+        // Not `clamp`: a replay that has diverged to infinity must come out as such, not stop the program.
+        let mut travel = target(begun).max(low).min(high);
         for _ in 0..MOST_ITERATIONS {
             let (mean, slope) = self.mean(begun, travel);
             let excess = travel - target(mean);
