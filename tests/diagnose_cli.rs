@@ -292,8 +292,12 @@ fn exact_comparison_tells_what_changed() {
     let output = run(&[&["diagnose", "--recording", &after], &options[..]].concat());
     assert_eq!(output.status.code(), GAP_FOUND, "{}", text(&output.stderr));
     let report = text(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
-    for words in ["WHAT CHANGED", "Changed since the reference: Coulomb friction on the guide, 1", "× 2.0", "stroke030_feed08; held out"]
-    {
+    for words in [
+        "WHAT CHANGED",
+        "Changed since the reference: Coulomb friction on the guide, 1",
+        "× 2.0",
+        "stroke030_feed08; held out",
+    ] {
         assert!(report.contains(words), "`{words}` is not in {report}");
     }
     let d: Value = serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();

@@ -163,7 +163,9 @@ fn exact_empty_time_range_is_refused() {
         let error = refusal(&format!("{ONE_RUN}{lines}"), GOOD);
         assert_refused(&error, kind, &at_toml(3, "run.1.from_s"), &[word]);
     }
-    for (line, key) in [("from_s = 3\n", "from_s"), ("from_s = 5e-4\nto_s = 6e-4\n", "from_s"), ("to_s = 0\n", "to_s")] {
+    for (line, key) in
+        [("from_s = 3\n", "from_s"), ("from_s = 5e-4\nto_s = 6e-4\n", "from_s"), ("to_s = 0\n", "to_s")]
+    {
         let error = refusal(&format!("{ONE_RUN}{line}"), GOOD);
         let place = Place { file: "log.csv", row: None, key: Some(key) };
         assert_refused(&error, ErrorKind::TooLittleData, &place, &["no sample", "0 s to 0.002 s"]);

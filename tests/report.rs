@@ -177,7 +177,12 @@ fn comparison() -> Diagnosis {
     reference.note = Some("before the overhaul".to_owned());
     d.reference = Some(Reference {
         verdict: Verdict::Cause,
-        causes: vec![cause("coulomb_friction", "guide", 0.99, &[("force_n", parameter(973.0, 29.0, "N", 0.0))])],
+        causes: vec![cause(
+            "coulomb_friction",
+            "guide",
+            0.99,
+            &[("force_n", parameter(973.0, 29.0, "N", 0.0))],
+        )],
         gap_before: 20.2,
         gap_after: 1.98,
         data: reference,
@@ -188,7 +193,10 @@ fn comparison() -> Diagnosis {
             "controller_gain",
             "controller",
             0.6,
-            &[factor("position_factor", 1.01, 0.02), ("velocity_feedforward", parameter(0.004, 0.01, "1", 0.979))],
+            &[
+                factor("position_factor", 1.01, 0.02),
+                ("velocity_feedforward", parameter(0.004, 0.01, "1", 0.979)),
+            ],
         ),
         cause("coulomb_friction", "guide", 0.3, &[("force_n", parameter(165.0, 12.0, "N", 973.0))]),
         cause("backlash", "structure", 0.09, &[("width_m", parameter(3.1e-4, 1e-5, "m", 0.0))]),
@@ -225,11 +233,17 @@ fn exact_comparison_without_a_change_says_so() {
     d.verdict = Verdict::NoGap;
     d.gap.after = 1.02;
     let no_gap = reports(&d, Motion::Prismatic);
-    holds(&no_gap, &["Nothing changed since the reference beyond tolerance", "(G = 1.02 × noise)", "No effect is named"]);
+    holds(
+        &no_gap,
+        &["Nothing changed since the reference beyond tolerance", "(G = 1.02 × noise)", "No effect is named"],
+    );
     // As large a gap as the reference leaves itself is no change, but neither is it none.
     d.verdict = Verdict::Unknown;
     d.gap.after = 2.1;
-    holds(&reports(&d, Motion::Prismatic), &["a gap of 2.10 × noise remains, and the reference leaves one of 1.98"]);
+    holds(
+        &reports(&d, Motion::Prismatic),
+        &["a gap of 2.10 × noise remains, and the reference leaves one of 1.98"],
+    );
     d.gap.after = 21.0;
     holds(&reports(&d, Motion::Prismatic), &["A gap of 21.0 × noise remains that no effect"]);
     lacks(&reports(&diagnosis(), Motion::Prismatic), &["WHAT CHANGED", "reference"]);

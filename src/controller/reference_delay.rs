@@ -75,7 +75,10 @@ mod tests {
                 for k in 0..40 {
                     let t = f64::from(k) * period_s;
                     let [position, velocity] = delay.pass(0.3 + 0.2 * t, 0.2);
-                    assert!((position - (0.3 + 0.2 * (t - delay_s))).abs() < 1e-15, "{delay_s} s, sample {k}");
+                    assert!(
+                        (position - (0.3 + 0.2 * (t - delay_s))).abs() < 1e-15,
+                        "{delay_s} s, sample {k}"
+                    );
                     assert_eq!(velocity, 0.2);
                 }
             }

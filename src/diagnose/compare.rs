@@ -44,11 +44,7 @@ pub fn compare(
 ///
 /// # Errors
 /// What [`diagnose`] refuses.
-pub fn baseline(
-    machine: &Machine,
-    reference: &Recording,
-    options: &Options,
-) -> Result<(Machine, Reference)> {
+pub fn baseline(machine: &Machine, reference: &Recording, options: &Options) -> Result<(Machine, Reference)> {
     let first = diagnose(machine, reference, options)?;
     let mut baseline = first.improved(machine)?;
     let mut known = Reference {

@@ -108,6 +108,16 @@ mod tests {
         assert!((end - expected).abs() < 1e-9, "{end} against {expected}");
     }
 
+    /// A fit may try values with which the replay diverges: the program goes on.
+    #[test]
+    fn exact_a_diverged_axis_is_no_panic() {
+        let bristle = Bristle { force: 8.0, stiffness: 2e6 };
+        for velocity in [f64::INFINITY, f64::NAN] {
+            let coast = Coast { velocity, free_velocity: -velocity, mobility: 1e-5 };
+            let _ = bristle.step(3.0, coast, 1e-3);
+        }
+    }
+
     /// A push below the friction force deflects the bristles by an amount that holds it: the axis stops.
     #[test]
     fn exact_a_small_push_is_held() {

@@ -18,8 +18,7 @@ pub(super) const FILE_NAME: &str = "recording.toml";
 pub(super) const DATA_VARIABLE: &str = "SLIDEWAY_DATA";
 
 const KEYS: [&str; 7] = ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
-const RUN_KEYS: [&str; 8] =
-    ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
+const RUN_KEYS: [&str; 8] = ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
 
 /// One `[[run]]`.
 #[derive(Debug)]

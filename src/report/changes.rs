@@ -37,7 +37,8 @@ fn runs(reference: &Reference) -> String {
 /// What the reference had beside the machine file, and how well the baseline predicts it.
 fn had(reference: &Reference) -> String {
     let found: Vec<String> = reference.causes.iter().map(described).collect();
-    let found = if found.is_empty() { "nothing beside the machine file".to_owned() } else { found.join("; ") };
+    let found =
+        if found.is_empty() { "nothing beside the machine file".to_owned() } else { found.join("; ") };
     let (before, after) = (plain(reference.gap_before), times_noise(reference.gap_after));
     format!("{found} (G = {before} → {after})")
 }
