@@ -1,10 +1,11 @@
 //! Two recordings of one machine, before and after: what changed between them.
 
 use super::verdict::{Cause, Diagnosis, Parameter, Reference};
-use super::{Options, diagnose};
+use super::{Options, diagnose, diagnose_beside};
 use crate::error::{Error, Result};
 use crate::machine::Machine;
-use crate::recording::Recording;
+use crate::recording::{Recording, Signal};
+use std::collections::BTreeMap;
 
 /// The reference is diagnosed again with what was found in the twin, at most so often: the largest effects hide the
 /// smaller ones.
@@ -17,6 +18,9 @@ const PASSES: usize = 3;
 /// more is named; that twin is the baseline. The recording is then diagnosed against it: its causes are what
 /// *changed*, and the `twin` value of each parameter is the value before. An effect that the baseline has already is
 /// free inside `tolerance.effect` as calibration and may be named as a cause beyond it, like any other constant.
+///
+/// What the baseline leaves of the reference's own held-out runs is no change either: it is taken into the noise of
+/// each signal, so that the gap of an unchanged machine is 1.
 ///
 /// # Validity
 /// Both recordings are of one machine; settings that differ between them (`set` of their runs) are known, not found.
@@ -34,36 +38,44 @@ pub fn compare(
         true => error,
         false => error.file(&reference.path),
     };
-    let (baseline, before) = baseline(machine, reference, options).map_err(named)?;
-    let mut change = diagnose(&baseline, recording, options)?;
-    change.reference = Some(before);
+    let Baseline { machine: baseline, left, reference } =
+        Baseline::of(machine, reference, options).map_err(named)?;
+    let mut change = diagnose_beside(&baseline, recording, options, left)?;
+    change.reference = Some(reference);
     Ok(change)
 }
 
-/// The machine as it was when the reference was recorded, and how that was found.
-///
-/// # Errors
-/// What [`diagnose`] refuses.
-pub fn baseline(machine: &Machine, reference: &Recording, options: &Options) -> Result<(Machine, Reference)> {
-    let first = diagnose(machine, reference, options)?;
-    let mut baseline = first.improved(machine)?;
-    let mut known = Reference {
-        verdict: first.verdict,
-        causes: first.causes.clone(),
-        gap_before: first.gap.before,
-        gap_after: first.gap.after,
-        data: first.data.clone(),
-    };
-    let mut last = first;
-    for _ in 1..PASSES {
-        if last.causes.is_empty() || last.refinements.is_empty() {
-            break;
+/// The machine as it was when the reference was recorded.
+struct Baseline {
+    machine: Machine,
+    /// What its twin leaves of each signal of the reference's held-out runs, RMS in SI.
+    left: BTreeMap<Signal, f64>,
+    reference: Reference,
+}
+
+impl Baseline {
+    fn of(machine: &Machine, reference: &Recording, options: &Options) -> Result<Self> {
+        let mut last = diagnose(machine, reference, options)?;
+        let mut baseline = last.improved(machine)?;
+        let mut known = Reference {
+            verdict: last.verdict,
+            causes: last.causes.clone(),
+            gap_before: last.gap.before,
+            gap_after: last.gap.after,
+            data: last.data.clone(),
+        };
+        for _ in 1..PASSES {
+            if last.causes.is_empty() || last.refinements.is_empty() {
+                break;
+            }
+            last = diagnose(&baseline, reference, options)?;
+            baseline = last.improved(&baseline)?;
+            known.learn(&last);
         }
-        last = diagnose(&baseline, reference, options)?;
-        baseline = last.improved(&baseline)?;
-        known.learn(&last);
+        let signals = last.gap.signals.iter();
+        let left = signals.filter_map(|gap| Some((Signal::from_key(&gap.signal)?.0, gap.rms_after)));
+        Ok(Self { machine: baseline, left: left.collect(), reference: known })
     }
-    Ok((baseline, known))
 }
 
 impl Reference {

@@ -23,12 +23,13 @@ pub use verdict::{Diagnosis, Verdict};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::{HeldOutRuns, Recording, SplitRule, TrainingRuns};
+use crate::recording::{HeldOutRuns, Recording, Signal, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
 use fit::{Care, fit};
 use noise::Floor;
 use selection::{Found, Search};
+use std::collections::BTreeMap;
 
 /// What a diagnosis may name, and who is told how it goes on.
 pub struct Options<'a> {
@@ -50,8 +51,18 @@ impl Default for Options<'_> {
 /// A recording that cannot be split into training and held-out runs, signals that a replay needs and the
 /// recording lacks, or settings that the machine does not have.
 pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    diagnose_beside(machine, recording, options, BTreeMap::new())
+}
+
+/// Diagnoses a recording against a twin that is known to leave so much of each signal, RMS in SI, anyway.
+fn diagnose_beside(
+    machine: &Machine,
+    recording: &Recording,
+    options: &Options,
+    left: BTreeMap<Signal, f64>,
+) -> Result<Diagnosis> {
     let (training, held_out) = recording.split(SplitRule::default())?;
-    let mut ready = Ready::new(machine, &training, &held_out)?;
+    let mut ready = Ready::new(machine, &training, &held_out, left)?;
     let mut found = ready.search(options, None)?;
     if !found.candidates[found.chosen].effects().is_empty() {
         // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
@@ -72,24 +83,31 @@ struct Ready<'a> {
     held_out: Vec<Experiment>,
     floor: Floor,
     before: Score,
+    /// What the twin leaves of each signal anyway, RMS in SI.
+    left: BTreeMap<Signal, f64>,
 }
 
 impl<'a> Ready<'a> {
-    fn new(machine: &'a Machine, training: &TrainingRuns, held_out: &HeldOutRuns) -> Result<Self> {
+    fn new(
+        machine: &'a Machine,
+        training: &TrainingRuns,
+        held_out: &HeldOutRuns,
+        left: BTreeMap<Signal, f64>,
+    ) -> Result<Self> {
         let experiments = |runs: &[crate::recording::Run]| -> Result<Vec<Experiment>> {
             runs.iter().map(|run| Experiment::new(run, machine)).collect()
         };
         let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
         let all: Vec<&Experiment> = training.iter().chain(&held_out).collect();
-        let floor = Floor::estimate(machine, &all)?;
+        let floor = Floor::estimate(machine, &all)?.beside(&left);
         let before = Score::of(machine, &held_out, &floor)?;
-        Ok(Self { machine, training, held_out, floor, before })
+        Ok(Self { machine, training, held_out, floor, before, left })
     }
 
     /// Takes the noise floor of another twin of the same machine.
     fn set_floor(&mut self, twin: &Machine) -> Result<()> {
         let all: Vec<&Experiment> = self.training.iter().chain(&self.held_out).collect();
-        self.floor = Floor::estimate(twin, &all)?;
+        self.floor = Floor::estimate(twin, &all)?.beside(&self.left);
         self.before = Score::of(self.machine, &self.held_out, &self.floor)?;
         Ok(())
     }

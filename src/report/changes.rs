@@ -2,15 +2,13 @@
 
 use super::Style;
 use super::layout::{Align, Table, labelled, paragraph};
-use super::number::{change, estimate, interval, percent, plain, twin};
-use super::sentence::{described, name, phrase, times_noise};
+use super::number::{change, percent, plain, twin, value, with_interval};
+use super::sentence::{REMAINS, described, name, phrase, times_noise};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Reference};
 
 /// Width of the labels.
 const LABEL: usize = 9;
-/// A gap larger than the reference's own by less than this factor is the baseline's, not a change.
-const AS_LARGE: f64 = 1.5;
 
 /// The section; empty where the diagnosis is no comparison.
 pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
@@ -45,20 +43,14 @@ fn had(reference: &Reference) -> String {
 
 fn table(causes: &[Cause]) -> Table {
     use Align::{Left, Right};
-    let mut table = Table::new(&[
-        ("parameter", Left),
-        ("before", Right),
-        ("after", Right),
-        ("95 % interval", Right),
-        ("change", Right),
-    ]);
+    let mut table =
+        Table::new(&[("parameter", Left), ("before", Right), ("after", Right), ("change", Right)]);
     for cause in causes {
         for (key, parameter) in &cause.parameters {
             table.row(vec![
                 format!("{}.{key}", cause.effect),
                 twin(parameter),
-                estimate(parameter),
-                interval(parameter),
+                with_interval(parameter),
                 verdict(parameter),
             ]);
         }
@@ -72,13 +64,15 @@ fn is_resolved(parameter: &Parameter) -> bool {
     !(from..=to).contains(&parameter.twin)
 }
 
-/// "× 0.16", "new" or "none".
+/// "× 0.16", "new", "gone" or "none".
 fn verdict(parameter: &Parameter) -> String {
-    let Parameter { value, twin, .. } = *parameter;
+    let Parameter { value, twin, ci95: [from, to], .. } = *parameter;
     if !is_resolved(parameter) {
         "none".to_owned()
     } else if twin == 0.0 || !twin.is_finite() {
         "new".to_owned()
+    } else if (from..=to).contains(&0.0) {
+        "gone".to_owned()
     } else if value * twin > 0.0 {
         format!("× {}", plain(value / twin))
     } else {
@@ -88,12 +82,12 @@ fn verdict(parameter: &Parameter) -> String {
 
 /// What changed as a sentence; none where the diagnosis is no comparison or its words are those of any diagnosis.
 pub(super) fn sentence(diagnosis: &Diagnosis) -> Option<String> {
-    let reference = diagnosis.reference.as_ref()?;
+    diagnosis.reference.as_ref()?;
     let gap = &diagnosis.gap;
     match diagnosis.verdict {
         Verdict::NoGap => Some(format!(
             "Nothing changed since the reference beyond tolerance: the twin of the machine as it was then predicts the \
-             unseen runs as well as noise allows (G = {}).",
+             unseen runs as well as it does the reference (G = {}).",
             times_noise(gap.after)
         )),
         Verdict::Cause if !diagnosis.causes.is_empty() => {
@@ -103,20 +97,11 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> Option<String> {
                 text += &format!(", together {} of the difference", percent(gap.closed));
             }
             text += ".";
-            if gap.after > AS_LARGE {
-                text += &format!(
-                    " A gap of {} remains unexplained, after {} on the reference.",
-                    times_noise(gap.after),
-                    plain(reference.gap_after)
-                );
+            if gap.after > REMAINS {
+                text += &format!(" A gap of {} remains unexplained.", times_noise(gap.after));
             }
             Some(text)
         }
-        Verdict::Unknown if gap.after <= AS_LARGE * reference.gap_after => Some(format!(
-            "Nothing that the catalogue could name changed: a gap of {} remains, and the reference leaves one of {} too.",
-            times_noise(gap.after),
-            times_noise(reference.gap_after)
-        )),
         _ => None,
     }
 }
@@ -130,7 +115,10 @@ fn part(cause: &Cause) -> String {
         .iter()
         .filter(|(_, parameter)| alone || is_resolved(parameter))
         .map(|(key, parameter)| {
-            let numbers = change(parameter.twin, parameter.value, &parameter.unit);
+            let numbers = match parameter.twin.is_finite() {
+                true => change(parameter.twin, parameter.value, &parameter.unit),
+                false => value(parameter.value, &parameter.unit),
+            };
             if alone { numbers } else { format!("{} {numbers}", name(key)) }
         })
         .collect();

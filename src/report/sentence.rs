@@ -10,7 +10,7 @@ use crate::recording::Signal;
 use crate::units::Motion;
 
 /// From this gap on, what remains behind the named causes is worth a sentence.
-const REMAINS: f64 = 1.5;
+pub(super) const REMAINS: f64 = 1.5;
 /// A calibration that moved the gap by this much had a part in the result.
 const CALIBRATED: f64 = 0.05;
 /// An explanation with this share of the best one's probability is a rival.
