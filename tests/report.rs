@@ -5,8 +5,8 @@ use slideway::diagnose::check::{Check, Finding, Severity};
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
 use slideway::diagnose::verdict::{
-    Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap,
-    Verdict, Where,
+    Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Reference, Share,
+    SignalGap, Verdict, Where,
 };
 use slideway::machine::Machine;
 use slideway::report::{Style, terminal};
@@ -154,6 +154,7 @@ fn diagnosis() -> Diagnosis {
             sha256: "0".repeat(64),
             note: Some("simulated, not measured; hidden: effect.coulomb_friction.force_n = 15".to_owned()),
         },
+        reference: None,
         version: "0.1.0",
     }
 }
@@ -191,6 +192,85 @@ fn lacks(reports: &[String], words: &[&str]) {
         let found = words.iter().find(|word| report.contains(**word));
         assert_eq!(found, None, "in:\n{report}");
     }
+}
+
+/// A comparison: less friction, lost motion that was hardly there, a feed-forward switched off.
+fn comparison() -> Diagnosis {
+    let mut d = diagnosis();
+    let mut reference = d.data.clone();
+    reference.training = names(&["january_1", "january_2"]);
+    reference.held_out = names(&["january_3"]);
+    reference.note = Some("before the overhaul".to_owned());
+    d.reference = Some(Reference {
+        verdict: Verdict::Cause,
+        causes: vec![cause(
+            "coulomb_friction",
+            "guide",
+            0.99,
+            &[("force_n", parameter(973.0, 29.0, "N", 0.0))],
+        )],
+        gap_before: 20.2,
+        gap_after: 1.98,
+        data: reference,
+    });
+    let factor = |key, value, half| (key, parameter(value, half, "1", 1.0));
+    d.causes = vec![
+        cause(
+            "controller_gain",
+            "controller",
+            0.6,
+            &[
+                factor("position_factor", 1.01, 0.02),
+                ("velocity_feedforward", parameter(0.004, 0.01, "1", 0.979)),
+            ],
+        ),
+        cause("coulomb_friction", "guide", 0.3, &[("force_n", parameter(165.0, 12.0, "N", 973.0))]),
+        cause("backlash", "structure", 0.09, &[("width_m", parameter(3.1e-4, 1e-5, "m", 0.0))]),
+        cause("screw_error", "structure", 0.01, &[("period_m", parameter(0.02, 1e-4, "m", f64::NAN))]),
+    ];
+    d
+}
+
+#[test]
+fn exact_comparison_tells_before_and_after() {
+    let reports = reports(&comparison(), Motion::Prismatic);
+    holds(
+        &reports,
+        &[
+            "Changed since the reference: controller gains that are not those stated in the controller, velocity \
+             feedforward 0.979 → 0.00400 (60 %), and Coulomb friction on the guide, 973 → 165 N (30 %), and",
+            "(9.0 %), and a lead error that repeats along the axis in the structure, 20.0 mm (1.0 %), together 99.0 % of the \
+             difference.",
+            "WHAT CHANGED between the reference and the recording",
+            "coulomb_friction.force_n 973 N 165 ± 12 N × 0.170",
+            "backlash.width_m 0 m 310 ± 10 µm new",
+            "screw_error.period_m – 20.00 ± 0.10 mm new",
+            "january_1, january_2; held out january_3 before the overhaul",
+            "Coulomb friction on the guide, 973 ± 29 N (G = 20.2 → 1.98 × noise)",
+        ],
+    );
+    holds(
+        &reports,
+        &["position_factor 1.00 1.01 ± 0.02 none", "velocity_feedforward 0.979 0.004 ± 0.010 gone"],
+    );
+    lacks(&reports, &["twin lacks"]);
+}
+
+#[test]
+fn exact_comparison_without_a_change_says_so() {
+    let mut d = comparison();
+    d.causes.clear();
+    d.verdict = Verdict::NoGap;
+    d.gap.after = 1.02;
+    let no_gap = reports(&d, Motion::Prismatic);
+    holds(
+        &no_gap,
+        &["Nothing changed since the reference beyond tolerance", "(G = 1.02 × noise)", "No effect is named"],
+    );
+    d.verdict = Verdict::Unknown;
+    d.gap.after = 21.0;
+    holds(&reports(&d, Motion::Prismatic), &["A gap of 21.0 × noise remains that no effect"]);
+    lacks(&reports(&diagnosis(), Motion::Prismatic), &["WHAT CHANGED", "reference"]);
 }
 
 #[test]

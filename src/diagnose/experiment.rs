@@ -199,9 +199,28 @@ impl Experiment {
         let machine = self.machine(machine)?;
         let axis = Axis::of(&machine.constants());
         Ok(match &self.mode {
-            Mode::ClosedLoop => self.recorded.replay(&machine, axis, sensing),
+            Mode::ClosedLoop => {
+                let mut traces = self.recorded.replay(&machine, axis, sensing);
+                self.share_zero(&machine, &mut traces);
+                traces
+            }
             Mode::Windows(windowed) => windowed.replay(&machine, axis, sensing),
         })
+    }
+
+    /// Of two position sensors, the one that does not close the position loop has a zero that means nothing, and where
+    /// in its play a drive train stood at the start is not known: its prediction is moved to the recorded mean.
+    fn share_zero(&self, machine: &Machine, traces: &mut Traces) {
+        let Some(sensor) = &machine.description().load_sensor else { return };
+        let [position, load] = [Signal::Position, Signal::LoadPosition].map(|s| self.run.signal(s));
+        let (Some(position), Some(load)) = (position, load) else { return };
+        let (recorded, predicted) = match sensor.closes_position_loop {
+            true => (position, &mut traces.position),
+            false => (load, &mut traces.load_position),
+        };
+        let sum: f64 = recorded.iter().zip(predicted.iter()).map(|(r, p)| r - p).sum();
+        let zero = sum / recorded.len() as f64;
+        predicted.iter_mut().filter(|_| zero.is_finite()).for_each(|p| *p += zero);
     }
 }
 

@@ -4,6 +4,7 @@
 //! compare (held-out runs only) → conclude.
 
 pub mod check;
+pub mod compare;
 mod conclude;
 pub mod cut;
 pub mod evidence;
@@ -25,19 +26,21 @@ pub mod shape;
 pub mod verdict;
 pub mod visibility;
 
+pub use compare::compare;
 pub use improve::improved;
 pub use verdict::{Diagnosis, Verdict};
 
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::{HeldOutRuns, Recording, SplitRule, TrainingRuns};
+use crate::recording::{HeldOutRuns, Recording, Signal, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
 use fit::{Care, fit};
 use next_experiment::NextExperiment;
 use noise::Floor;
 use selection::{Found, Search};
+use std::collections::BTreeMap;
 use visibility::View;
 
 /// What a diagnosis may name, and who is told how it goes on.
@@ -60,8 +63,18 @@ impl Default for Options<'_> {
 /// A recording that cannot be split into training and held-out runs, signals that a replay needs and the
 /// recording lacks, or settings that the machine does not have.
 pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    diagnose_beside(machine, recording, options, BTreeMap::new())
+}
+
+/// Diagnoses a recording against a twin that is known to leave so much of each signal, RMS in SI, anyway.
+fn diagnose_beside(
+    machine: &Machine,
+    recording: &Recording,
+    options: &Options,
+    left: BTreeMap<Signal, f64>,
+) -> Result<Diagnosis> {
     let (training, held_out) = recording.split(SplitRule::default())?;
-    let mut ready = Ready::new(machine, &training, &held_out)?;
+    let mut ready = Ready::new(machine, &training, &held_out, left)?;
     let view = View::of(machine, &ready.training, options.catalogue);
     let options = &Options { catalogue: &view.catalogue, ..*options };
     let mut found = ready.search(options, None)?;
@@ -88,25 +101,32 @@ struct Ready<'a> {
     before: Score,
     /// Stretches of the signal path that show no gap of their own.
     clean: Vec<cut::Cut>,
+    /// What the twin leaves of each signal anyway, RMS in SI.
+    left: BTreeMap<Signal, f64>,
 }
 
 impl<'a> Ready<'a> {
-    fn new(machine: &'a Machine, training: &TrainingRuns, held_out: &HeldOutRuns) -> Result<Self> {
+    fn new(
+        machine: &'a Machine,
+        training: &TrainingRuns,
+        held_out: &HeldOutRuns,
+        left: BTreeMap<Signal, f64>,
+    ) -> Result<Self> {
         let experiments = |runs: &[crate::recording::Run]| -> Result<Vec<Experiment>> {
             runs.iter().map(|run| Experiment::new(run, machine)).collect()
         };
         let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
         let all: Vec<&Experiment> = training.iter().chain(&held_out).collect();
-        let floor = Floor::estimate(machine, &all)?;
+        let floor = Floor::estimate(machine, &all)?.beside(&left);
         let before = Score::of(machine, &held_out, &floor)?;
         let clean = cut::clean(machine, &training)?;
-        Ok(Self { machine, training, held_out, floor, before, clean })
+        Ok(Self { machine, training, held_out, floor, before, clean, left })
     }
 
     /// Takes the noise floor of another twin of the same machine; tells whether it is another floor.
     fn set_floor(&mut self, twin: &Machine) -> Result<bool> {
         let all: Vec<&Experiment> = self.training.iter().chain(&self.held_out).collect();
-        let floor = Floor::estimate(twin, &all)?;
+        let floor = Floor::estimate(twin, &all)?.beside(&self.left);
         if floor.is_like(&self.floor, &self.training) && floor.is_like(&self.floor, &self.held_out) {
             return Ok(false);
         }
@@ -185,6 +205,7 @@ impl<'a> Ready<'a> {
                 sha256: recording.sha256(),
                 note: recording.note.clone(),
             },
+            reference: None,
             version: env!("CARGO_PKG_VERSION"),
         })
     }

@@ -206,6 +206,21 @@ pub struct Data {
     pub note: Option<String>,
 }
 
+/// What a comparison stands on: the diagnosis of the reference recording, whose twin is the baseline.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Reference {
+    /// What the reference came to, against the machine file.
+    pub verdict: Verdict,
+    /// What the machine had when the reference was recorded; `twin` is what the machine file has.
+    pub causes: Vec<Cause>,
+    /// G of the machine file's twin on the reference's held-out runs.
+    pub gap_before: f64,
+    /// G of the baseline on them.
+    pub gap_after: f64,
+    /// The reference recording.
+    pub data: Data,
+}
+
 /// The whole diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -241,6 +256,9 @@ pub struct Diagnosis {
     pub checks: Vec<Finding>,
     /// What it stands on.
     pub data: Data,
+    /// In a comparison, the recording before: causes are then what changed since, and `twin` is the value before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
     /// Version of this program.
     pub version: &'static str,
 }

@@ -14,6 +14,8 @@
 //! role = "held_out"                      # or "training"; optional
 //! set = { "controller.integral" = 22 }   # machine settings in force in this run, by key path
 //! extra_columns = ["slider_a_n"]         # columns kept beside the signals, as they stand in the file
+//! from_s = 0.5                           # only the samples with from_s ≤ time < to_s; both optional
+//! to_s = 8.0
 //! stroke_m = 0.02                        # further keys are metadata
 //!
 //! [columns]                              # only where a name or a unit differs; a [[run]] may have its own
@@ -36,6 +38,7 @@ mod document;
 mod manifest;
 mod parquet_table;
 mod plausibility;
+mod range;
 mod read;
 mod resolve;
 mod run;

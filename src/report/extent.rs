@@ -116,6 +116,7 @@ fn noise_sources(signals: &[SignalGap]) -> String {
         (Source::Repeats, "from repeated runs"),
         (Source::Dwell, "from standstill"),
         (Source::Declared, "from the sensors as the machine file states them, through the loop"),
+        (Source::Reference, "from what the twin leaves of the reference"),
         (Source::Assumed, "nothing to go by, 10⁻⁴ of the signal assumed"),
     ];
     let parts: Vec<String> = sources
