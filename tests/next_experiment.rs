@@ -2,10 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use slideway::diagnose::experiment::Experiment;
-use slideway::diagnose::fit::Objective;
 use slideway::diagnose::hypothesis::{EffectSet, Hypothesis};
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Floor;
+use slideway::diagnose::objective::Objective;
 use slideway::diagnose::proposals::Proposals;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;

@@ -3,9 +3,9 @@
 use super::evidence::{Closed, Score, closed};
 use super::experiment::{Experiment, trace};
 use super::fit::Fit;
+use super::found::{ADEQUATE_GAP, Candidate, Found, price};
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
-use super::selection::{ADEQUATE_GAP, Candidate, Found, price};
 use super::verdict::{
     Calibration, Cause, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap, Verdict, Where,
 };
@@ -44,9 +44,8 @@ pub fn verdict(found: &Found, before: &Score) -> Verdict {
     }
     let gap = chosen.score.gap();
     let share = closed(before, &chosen.score).value;
-    let explained = gap <= ADEQUATE_GAP
-        || (gap <= SMALL_GAP && share >= LARGELY_CLOSED)
-        || share >= WHOLLY_CLOSED;
+    let explained =
+        gap <= ADEQUATE_GAP || (gap <= SMALL_GAP && share >= LARGELY_CLOSED) || share >= WHOLLY_CLOSED;
     if !explained {
         return Verdict::Unknown;
     }

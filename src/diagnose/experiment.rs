@@ -1,8 +1,8 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
 use super::measured;
-use crate::drive::motor::Motor;
 use super::run_setting::RunSettings;
+use crate::drive::motor::Motor;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;

@@ -10,6 +10,7 @@ pub mod cut;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
+pub mod found;
 pub mod hypothesis;
 mod improve;
 mod locate;
@@ -17,6 +18,7 @@ mod measured;
 pub mod motion;
 pub mod next_experiment;
 pub mod noise;
+pub mod objective;
 pub mod proposals;
 pub mod prove;
 mod run_setting;
@@ -37,9 +39,10 @@ use crate::recording::{HeldOutRuns, Recording, Signal, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
 use fit::{Care, fit};
+use found::Found;
 use next_experiment::NextExperiment;
 use noise::Floor;
-use selection::{Found, Search};
+use selection::Search;
 use std::collections::BTreeMap;
 use visibility::View;
 
@@ -174,7 +177,7 @@ impl<'a> Ready<'a> {
         conclude::sites(&mut place, &causes, unexplained);
         let left = match verdict {
             Verdict::NoGap => None,
-            _ if chosen.score.gap() <= selection::ADEQUATE_GAP => None,
+            _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
             _ => Some(shape::shape(&improved, &self.held_out, &self.floor)?),
         };
         let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();

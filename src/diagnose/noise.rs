@@ -135,7 +135,8 @@ impl Floor {
     /// Whether another floor of these runs says the same, within what a few draws of noise leave open.
     pub fn is_like(&self, other: &Self, experiments: &[Experiment]) -> bool {
         self.levels.keys().all(|&signal| {
-            let ratio = self.root_mean_square(signal, experiments) / other.root_mean_square(signal, experiments);
+            let ratio =
+                self.root_mean_square(signal, experiments) / other.root_mean_square(signal, experiments);
             (ratio - 1.0).abs() < SAME_FLOOR
         })
     }
@@ -340,7 +341,8 @@ mod tests {
         let same = floor.clone().beside(&BTreeMap::from([(Signal::Position, 4.7), (Signal::Velocity, 1.0)]));
         assert_eq!(same, floor);
         let raised = floor.beside(&BTreeMap::from([(Signal::Position, 8.0)]));
-        let sigma: Vec<f64> = raised.profiles[&channel].iter().map(|p| p * raised.sigma(Signal::Position)).collect();
+        let sigma: Vec<f64> =
+            raised.profiles[&channel].iter().map(|p| p * raised.sigma(Signal::Position)).collect();
         for (sigma, own) in sigma.iter().zip([9.0, 9.0, 36.0, 36.0_f64]) {
             assert!((sigma - (own + 41.5).sqrt()).abs() < 1e-12);
         }
