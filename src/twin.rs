@@ -4,7 +4,7 @@
 //! command → controller → amplifier → motor → guide → structure → sensor → (back to controller)
 //! ```
 
-use crate::controller::{Controller, Input, Memory};
+use crate::controller::{Controller, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
 use crate::drive::motor::CircuitStep;
 use crate::effect::{Constants, Door, Effect};
@@ -163,6 +163,7 @@ pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
 /// A machine's twin on one plant: configuration and everything that moves.
 #[derive(Debug)]
 pub struct Twin<P> {
+    reference_delay: Option<ReferenceDelay>,
     controller: Option<Controller>,
     amplifier: Amplifier,
     delay_periods: usize,
@@ -205,6 +206,7 @@ impl<P: Plant> Twin<P> {
         let delay = SplitDelay::new(constants.amplifier.delay_s, constants.sample_period_s);
         let laws = Laws::of(machine);
         let mut twin = Self {
+            reference_delay: ReferenceDelay::new(description.reference.delay_s, constants.sample_period_s),
             delay_periods: delay.periods,
             pieces: pieces(&constants, delay.fraction, plant.step_s()),
             controller: constants.controller,
@@ -249,6 +251,9 @@ impl<P: Plant> Twin<P> {
         moving.transmitted.fill(motor);
         moving.load_zero = 0.0;
         moving.forces = [0.0; 2];
+        if let Some(delay) = &mut self.reference_delay {
+            delay.clear();
+        }
     }
 
     /// Goes on where the encoder shows `position` with a velocity; base, current, voltages under way, friction and
@@ -279,7 +284,10 @@ impl<P: Plant> Twin<P> {
     }
 
     /// Sets the controller's memory so that it would command `effort_v` on `input`.
-    pub fn take_over(&mut self, effort_v: f64, input: Input) {
+    pub fn take_over(&mut self, effort_v: f64, mut input: Input) {
+        if let Some(delay) = &self.reference_delay {
+            input.position_reference = delay.extrapolated(input.position_reference, input.velocity_reference);
+        }
         if let Some(controller) = &self.controller {
             self.moving.memory = controller.memory_for(effort_v, input, self.period_s);
         }
@@ -303,15 +311,14 @@ impl<P: Plant> Twin<P> {
     /// One control period: senses, controls, records, then lets the axis move until the next sample.
     pub fn step(&mut self, command: Command) -> Sample {
         let Reading { position, velocity, load_position, controlled } = self.sense();
+        let [position_reference, velocity_reference] = match &mut self.reference_delay {
+            Some(delay) => delay.pass(command.position_reference, command.velocity_reference),
+            None => [command.position_reference, command.velocity_reference],
+        };
         let effort_v = match (command.effort_v, &self.controller) {
             (Some(effort_v), _) => effort_v,
             (None, Some(controller)) => {
-                let input = Input {
-                    position_reference: command.position_reference,
-                    velocity_reference: command.velocity_reference,
-                    position: controlled,
-                    velocity,
-                };
+                let input = Input { position_reference, velocity_reference, position: controlled, velocity };
                 controller.effort_v(&mut self.moving.memory, input, self.period_s) + command.disturbance_v
             }
             (None, None) => 0.0,

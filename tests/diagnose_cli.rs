@@ -219,7 +219,13 @@ fn exact_json_holds_the_gap() {
         word(signal, "noise_source");
     }
     share(&d, "unexplained");
-    assert!(d["next_experiment"].is_null() || d["next_experiment"].is_string());
+    let next = &d["next_experiment"];
+    if !next.is_null() {
+        word(next, "sentence");
+        word(next, "command");
+        number(next, "predicted_separation");
+        number(&next["motion"], "dwell_s");
+    }
 }
 
 #[test]
@@ -274,6 +280,55 @@ fn exact_json_on_standard_output_stands_alone() {
     assert!(!ranked.into_iter().any(|effect| effect == "loop_delay"), "struck effects are not fitted");
     let left: Vec<_> = fs::read_dir(desk.folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left, ["recording"]);
+}
+
+/// The same strokes with more friction: the recording before and the one after, in either way of naming them.
+#[test]
+fn exact_comparison_tells_what_changed() {
+    let desk = Desk::two_cells();
+    let (before, after) = (desk.recording(), desk.path("after").display().to_string());
+    let machine = grinder().display().to_string();
+    let replay = ["replay", "--machine", &machine, "--out", &after, "--return", "--plant", "axis"];
+    let hide = ["--hide", "effect.coulomb_friction.force_n=30", "--noise", "2"];
+    let cells = ["--cell", "0.02@8", "0.03@8", "--held-out", "0.02@8"];
+    let output = run(&[&replay[..], &hide, &cells].concat());
+    assert_eq!(output.status.code(), DONE, "{}", text(&output.stderr));
+    let json = desk.path("verdict.json");
+    let options = ["--reference", &before, "--json", &json.display().to_string(), "--exit-code"];
+    let output = run(&[&["diagnose", "--recording", &after], &options[..]].concat());
+    assert_eq!(output.status.code(), GAP_FOUND, "{}", text(&output.stderr));
+    let report = text(&output.stdout).split_whitespace().collect::<Vec<_>>().join(" ");
+    for words in [
+        "WHAT CHANGED",
+        "Changed since the reference: Coulomb friction on the guide, 1",
+        "× 2.0",
+        "stroke030_feed08; held out",
+    ] {
+        assert!(report.contains(words), "`{words}` is not in {report}");
+    }
+    let d: Value = serde_json::from_str(&fs::read_to_string(&json).unwrap()).unwrap();
+    let force = |cause: &Value, key: &str| number(&cause["parameters"]["force_n"], key);
+    let (change, had) = (&list(&d, "causes")[0], &list(&d["reference"], "causes")[0]);
+    assert_eq!((word(change, "effect"), word(had, "effect")), (EFFECT, EFFECT));
+    assert!((force(had, "value") - 15.0).abs() < 1.0 && force(had, "twin") == 0.0, "{had}");
+    assert!((force(change, "value") - 30.0).abs() < 2.0, "{change}");
+    assert!((force(change, "twin") / force(had, "value") - 1.0).abs() < 1e-9, "{change}");
+    assert_eq!(word(&d["reference"], "verdict"), "cause");
+    assert!(number(&d["reference"], "gap_before") > number(&d["reference"], "gap_after"));
+    assert_ne!(word(&d["reference"]["data"], "sha256"), word(&d["data"], "sha256"));
+    assert!(verdict()["reference"].is_null(), "a plain diagnosis has no reference");
+}
+
+#[test]
+fn exact_reference_that_is_not_there_is_refused() {
+    let desk = Desk::two_cells();
+    desk.refused(&["--reference", "/nowhere/before"], &["/nowhere/before", "no such file"]);
+    let twice = run(&["diagnose", &desk.recording(), "--recording", &desk.recording()]);
+    let none = run(&["diagnose", "--reference", &desk.recording()]);
+    for output in [twice, none] {
+        assert_eq!(output.status.code(), BAD_INPUT);
+        assert!(text(&output.stderr).contains("RECORDING"), "{}", text(&output.stderr));
+    }
 }
 
 #[test]

@@ -115,6 +115,65 @@ fn exact_columns_units_scales_and_metadata_are_read() {
     assert_eq!((effort.factor, effort.scale, effort.offset), (-1.0, -2.0, 0.25));
 }
 
+/// Three samples at 0, 1 and 2 ms: the ranges share ends, not samples.
+#[test]
+fn exact_time_range_of_a_run_is_used_alone() {
+    let parts = "[[run]]\nfile = \"log.csv\"\nname = \"a\"\nto_s = 0.001\nrole = \"training\"\n\
+                 [[run]]\nfile = \"log.csv\"\nname = \"b\"\nfrom_s = 1e-3\nrole = \"held_out\"\n";
+    let declared = format!("sample_period_s = 1e-3\n{parts}");
+    for (toml, csv) in [(declared.as_str(), "position_m\n0.1\n0.2\n0.3\n"), (parts, GOOD)] {
+        // One sample does not tell its period.
+        let toml = toml.replace("to_s = 0.001", "to_s = 0.002");
+        let recording = read(&toml, csv).unwrap();
+        let run = |name: &str| recording.run(name).unwrap();
+        assert_eq!(run("a").signal(Signal::Position).unwrap(), [0.1, 0.2]);
+        assert_eq!(run("b").signal(Signal::Position).unwrap(), [0.2, 0.3]);
+        assert_eq!((run("a").start_s, run("b").start_s), (0.0, 0.001));
+        assert!(run("a").metadata.is_empty());
+        // The sample at 1 ms stands on both sides.
+        let error = recording.split(SplitRule::default()).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Inconsistent);
+    }
+    let recording = read(&declared, "position_m\n0.1\n0.2\n0.3\n").unwrap();
+    assert_eq!(recording.run("a").unwrap().signal(Signal::Position).unwrap(), [0.1]);
+    let (training, held_out) = recording.split(SplitRule::default()).unwrap();
+    assert_eq!((training.runs()[0].len(), held_out.runs()[0].len()), (1, 2));
+}
+
+/// What stands outside the range is not looked at: here a gap that would be refused.
+#[test]
+fn exact_faults_outside_the_time_range_do_not_matter() {
+    let csv = "time_s,position_m\n0,0.1\n0.001,0.2\n0.002,0.3\n0.003,0.4\n0.004,0.5\n5,0.6\n5.001,0.7\n";
+    assert!(refusal(ONE_RUN, csv).to_string().contains("gap"));
+    let recording = read(&format!("{ONE_RUN}to_s = 1\n"), csv).unwrap();
+    assert_eq!(recording.runs()[0].len(), 5);
+    let error = refusal(&format!("{ONE_RUN}from_s = 0.002\n"), csv);
+    assert_refused(&error, ErrorKind::Inconsistent, &at_csv(7, "time_s"), &["gap"]);
+}
+
+#[test]
+fn exact_empty_time_range_is_refused() {
+    let cases = [
+        ("from_s = 2\nto_s = 1\n", ErrorKind::OutOfRange, "from 2 s to 1 s"),
+        ("from_s = 1\nto_s = 1\n", ErrorKind::OutOfRange, "ends after it begins"),
+        ("from_s = \"start\"\n", ErrorKind::Syntax, "seconds"),
+        ("from_s = nan\n", ErrorKind::Syntax, "seconds"),
+    ];
+    for (lines, kind, word) in cases {
+        let error = refusal(&format!("{ONE_RUN}{lines}"), GOOD);
+        assert_refused(&error, kind, &at_toml(3, "run.1.from_s"), &[word]);
+    }
+    for (line, key) in
+        [("from_s = 3\n", "from_s"), ("from_s = 5e-4\nto_s = 6e-4\n", "from_s"), ("to_s = 0\n", "to_s")]
+    {
+        let error = refusal(&format!("{ONE_RUN}{line}"), GOOD);
+        let place = Place { file: "log.csv", row: None, key: Some(key) };
+        assert_refused(&error, ErrorKind::TooLittleData, &place, &["no sample", "0 s to 0.002 s"]);
+    }
+    let slip = refusal(&format!("{ONE_RUN}from = 3\nfrom_S = 1\n"), GOOD);
+    assert_refused(&slip, ErrorKind::UnknownKey, &at_toml(4, "run.1.from_S"), &["from_s"]);
+}
+
 #[test]
 fn exact_motion_follows_the_signals() {
     let revolute = read(ONE_RUN, "time_s,position_rad,torque_nm\n0,0,1\n0.1,1,2\n").unwrap();

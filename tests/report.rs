@@ -2,10 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
+use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
 use slideway::diagnose::verdict::{
-    Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap,
-    Verdict, Where,
+    Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Reference, Share,
+    SignalGap, Verdict, Where,
 };
 use slideway::machine::Machine;
 use slideway::report::{Style, terminal};
@@ -73,6 +74,28 @@ fn place() -> Where {
     }
 }
 
+fn next_experiment() -> NextExperiment {
+    NextExperiment {
+        motion: Plan {
+            motion: Motion::Prismatic,
+            strokes: vec![5e-3, 4e-3],
+            feeds: vec![0.8; 2],
+            dwell_s: 0.6,
+            added_mass: None,
+        },
+        command: "slideway replay --machine models/slide --cell=0.005@0.8 --held-out=0.004@0.8 --return --dwell 0.6 \
+                  --out next_experiment"
+            .to_owned(),
+        separates: vec![names(&["coulomb_friction"]), names(&["asymmetric_friction"])],
+        leaves_open: Vec::new(),
+        predicted_separation: 31.0,
+        signals: names(&["position_m"]),
+        signal_to_add: None,
+        or_signals: Vec::new(),
+        sentence: "record strokes of 5 mm there and back".to_owned(),
+    }
+}
+
 fn names(list: &[&str]) -> Vec<String> {
     list.iter().map(|name| (*name).to_owned()).collect()
 }
@@ -99,6 +122,7 @@ fn diagnosis() -> Diagnosis {
             at_tolerance: true,
         }],
         gap: Gap {
+            rigid_body: None,
             before: 41.2,
             after: 1.08,
             floor: 1.0,
@@ -130,6 +154,7 @@ fn diagnosis() -> Diagnosis {
             sha256: "0".repeat(64),
             note: Some("simulated, not measured; hidden: effect.coulomb_friction.force_n = 15".to_owned()),
         },
+        reference: None,
         version: "0.1.0",
     }
 }
@@ -167,6 +192,85 @@ fn lacks(reports: &[String], words: &[&str]) {
         let found = words.iter().find(|word| report.contains(**word));
         assert_eq!(found, None, "in:\n{report}");
     }
+}
+
+/// A comparison: less friction, lost motion that was hardly there, a feed-forward switched off.
+fn comparison() -> Diagnosis {
+    let mut d = diagnosis();
+    let mut reference = d.data.clone();
+    reference.training = names(&["january_1", "january_2"]);
+    reference.held_out = names(&["january_3"]);
+    reference.note = Some("before the overhaul".to_owned());
+    d.reference = Some(Reference {
+        verdict: Verdict::Cause,
+        causes: vec![cause(
+            "coulomb_friction",
+            "guide",
+            0.99,
+            &[("force_n", parameter(973.0, 29.0, "N", 0.0))],
+        )],
+        gap_before: 20.2,
+        gap_after: 1.98,
+        data: reference,
+    });
+    let factor = |key, value, half| (key, parameter(value, half, "1", 1.0));
+    d.causes = vec![
+        cause(
+            "controller_gain",
+            "controller",
+            0.6,
+            &[
+                factor("position_factor", 1.01, 0.02),
+                ("velocity_feedforward", parameter(0.004, 0.01, "1", 0.979)),
+            ],
+        ),
+        cause("coulomb_friction", "guide", 0.3, &[("force_n", parameter(165.0, 12.0, "N", 973.0))]),
+        cause("backlash", "structure", 0.09, &[("width_m", parameter(3.1e-4, 1e-5, "m", 0.0))]),
+        cause("screw_error", "structure", 0.01, &[("period_m", parameter(0.02, 1e-4, "m", f64::NAN))]),
+    ];
+    d
+}
+
+#[test]
+fn exact_comparison_tells_before_and_after() {
+    let reports = reports(&comparison(), Motion::Prismatic);
+    holds(
+        &reports,
+        &[
+            "Changed since the reference: controller gains that are not those stated in the controller, velocity \
+             feedforward 0.979 → 0.00400 (60 %), and Coulomb friction on the guide, 973 → 165 N (30 %), and",
+            "(9.0 %), and a lead error that repeats along the axis in the structure, 20.0 mm (1.0 %), together 99.0 % of the \
+             difference.",
+            "WHAT CHANGED between the reference and the recording",
+            "coulomb_friction.force_n 973 N 165 ± 12 N × 0.170",
+            "backlash.width_m 0 m 310 ± 10 µm new",
+            "screw_error.period_m – 20.00 ± 0.10 mm new",
+            "january_1, january_2; held out january_3 before the overhaul",
+            "Coulomb friction on the guide, 973 ± 29 N (G = 20.2 → 1.98 × noise)",
+        ],
+    );
+    holds(
+        &reports,
+        &["position_factor 1.00 1.01 ± 0.02 none", "velocity_feedforward 0.979 0.004 ± 0.010 gone"],
+    );
+    lacks(&reports, &["twin lacks"]);
+}
+
+#[test]
+fn exact_comparison_without_a_change_says_so() {
+    let mut d = comparison();
+    d.causes.clear();
+    d.verdict = Verdict::NoGap;
+    d.gap.after = 1.02;
+    let no_gap = reports(&d, Motion::Prismatic);
+    holds(
+        &no_gap,
+        &["Nothing changed since the reference beyond tolerance", "(G = 1.02 × noise)", "No effect is named"],
+    );
+    d.verdict = Verdict::Unknown;
+    d.gap.after = 21.0;
+    holds(&reports(&d, Motion::Prismatic), &["A gap of 21.0 × noise remains that no effect"]);
+    lacks(&reports(&diagnosis(), Motion::Prismatic), &["WHAT CHANGED", "reference"]);
 }
 
 #[test]
@@ -283,7 +387,7 @@ fn exact_undecided_names_the_rivals() {
         ranked(&["coulomb_friction", "loop_delay"], 0.06, 1.08),
         ranked(&["payload"], 0.001, 20.0),
     ];
-    d.next_experiment = Some("strokes there and back at a tenth of the feed".to_owned());
+    d.next_experiment = Some(next_experiment());
     let reports = reports(&d, Motion::Prismatic);
     holds(
         &reports,
@@ -292,7 +396,8 @@ fn exact_undecided_names_the_rivals() {
              (52 %), friction that differs between the two directions (41 %). They leave 1.08 to 1.09 × noise.",
             "52 % 94 % asymmetric_friction",
             "--without",
-            "Next experiment: strokes there and back",
+            "Next experiment: record strokes of 5 mm there and back",
+            "slideway replay --machine models/slide --cell=0.005@0.8",
         ],
     );
     lacks(&reports, &["[effect.", "causes 94 %"]);

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use clap::builder::{PossibleValuesParser, TypedValueParser as _};
-use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::diagnose::{Diagnosis, Options, Verdict, compare, diagnose, improved};
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
@@ -31,11 +31,19 @@ const MOST_COLUMNS: usize = 100;
 #[command(
     after_help = "Exit codes: 0 done, 2 bad input; with --exit-code 1 when there is a gap.\n\nExamples:\n  \
                         slideway diagnose recordings/LOG\n  \
+                        slideway diagnose recordings/AFTER --reference recordings/BEFORE\n  \
                         slideway diagnose recordings/LOG --machine models/MACHINE --json verdict.json"
 )]
 pub(super) struct Diagnose {
     /// Recording: a folder with recording.toml, or such a file
-    recording: PathBuf,
+    #[arg(required_unless_present = "named")]
+    recording: Option<PathBuf>,
+    /// The recording again, by name: --reference BEFORE --recording AFTER
+    #[arg(long = "recording", id = "named", value_name = "DIR|FILE", conflicts_with = "recording")]
+    named: Option<PathBuf>,
+    /// Recording of the same machine before: the causes are then what changed since
+    #[arg(long, value_name = "DIR|FILE")]
+    reference: Option<PathBuf>,
     /// Machine folder, or a machine file [default: the one that the recording names]
     #[arg(long, value_name = "DIR|FILE")]
     machine: Option<PathBuf>,
@@ -51,6 +59,9 @@ pub(super) struct Diagnose {
     /// Draw where the gap lies and how far it shrinks, as SVG
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    /// Write the machine with the named causes in it as a folder of its own, with where its values come from
+    #[arg(long, value_name = "DIR")]
+    write_machine: Option<PathBuf>,
     /// Exit with 1 when there is a gap
     #[arg(long)]
     exit_code: bool,
@@ -75,9 +86,15 @@ impl Diagnose {
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         let destination = self.destination()?;
         self.figure.iter().try_for_each(|path| check_place(path, "--figure"))?;
-        let recording = Recording::read(&self.recording)?;
+        self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
+        let path = self.recording.as_ref().or(self.named.as_ref());
+        let recording = Recording::read(path.map_or(Path::new("."), PathBuf::as_path))?;
         let machine = self.machine(&recording)?;
-        let diagnosis = self.diagnose(&machine, &recording, screen)?;
+        let reference = self.reference.as_ref().map(Recording::read).transpose()?;
+        if let Some(reference) = &reference {
+            check_motion(&machine, reference)?;
+        }
+        let diagnosis = self.diagnose(&machine, reference.as_ref(), &recording, screen)?;
         match destination {
             Destination::Stdout => {
                 let mut stdout = io::stdout().lock();
@@ -90,11 +107,25 @@ impl Diagnose {
         if let Some(path) = &self.figure {
             write(path, &svg(&diagnosis, &sentence(&diagnosis, machine.motion())))?;
         }
+        let written = self.write_improved(&diagnosis, &machine)?;
         if !matches!(destination, Destination::Stdout) {
-            write!(screen.out, "{}", terminal(&diagnosis, machine.motion(), style()))?;
+            write!(screen.out, "{}{written}", terminal(&diagnosis, machine.motion(), style()))?;
         }
         let is_gap = diagnosis.verdict != Verdict::NoGap;
         Ok(if self.exit_code && is_gap { ExitCode::from(GAP_FOUND) } else { ExitCode::SUCCESS })
+    }
+
+    /// Writes the improved machine where one was asked for; a sentence about it.
+    fn write_improved(&self, diagnosis: &Diagnosis, machine: &Machine) -> Result<String, Error> {
+        let Some(folder) = &self.write_machine else { return Ok(String::new()) };
+        let place = folder.display();
+        Ok(match improved(diagnosis, machine)? {
+            Some((better, provenance)) => {
+                better.write(folder, provenance)?;
+                format!("\nImproved machine written to {place}; diagnose again with --machine {place}\n")
+            }
+            None => format!("\nNo machine written to {place}: there is no decided cause to put into it.\n"),
+        })
     }
 
     /// Where the JSON goes, made sure of before the work begins.
@@ -118,20 +149,14 @@ impl Diagnose {
                 .remedy("give --machine DIR, or put machine = \"DIR\" at the head of the file"));
         };
         let machine = Machine::read(path)?;
-        if machine.motion() != recording.motion() {
-            return Err(Error::new(ErrorKind::Inconsistent)
-                .file(&recording.path)
-                .key("motion")
-                .found(format!("a {} axis", recording.motion()))
-                .expected(format!("a {} one, as is the machine {}", machine.motion(), path.display()))
-                .remedy("name the machine that was recorded, or correct the signals' names"));
-        }
+        check_motion(&machine, recording)?;
         lay_over(&machine, &self.settings, "--set")
     }
 
     fn diagnose(
         &self,
         machine: &Machine,
+        reference: Option<&Recording>,
         recording: &Recording,
         screen: &Screen,
     ) -> Result<Diagnosis, Error> {
@@ -142,10 +167,27 @@ impl Diagnose {
             spinner.inc(1);
             spinner.set_message(hypothesis.to_owned());
         };
-        let ended = diagnose(machine, recording, &Options { catalogue: &catalogue, progress: &progress });
+        let options = Options { catalogue: &catalogue, progress: &progress };
+        let ended = match reference {
+            Some(reference) => compare(machine, reference, recording, &options),
+            None => diagnose(machine, recording, &options),
+        };
         spinner.finish_and_clear();
         ended.map_err(|error| error.file(&recording.path))
     }
+}
+
+/// Refuses a recording of an axis of another kind.
+fn check_motion(machine: &Machine, recording: &Recording) -> Result<(), Error> {
+    if machine.motion() == recording.motion() {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Inconsistent)
+        .file(&recording.path)
+        .key("motion")
+        .found(format!("a {} axis", recording.motion()))
+        .expected(format!("a {} one, as is the machine {}", machine.motion(), machine.file().display()))
+        .remedy("name the machine that was recorded, or correct the signals' names"))
 }
 
 /// Makes sure that a file can be written there before the work begins.

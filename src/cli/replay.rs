@@ -110,7 +110,8 @@ impl Replay {
     /// Simulates, writes, and shows a table with a row a run.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         let machine = Machine::read(&self.machine)?;
-        let stated = lay_over(&machine, &self.settings, "--set")?;
+        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
+        let stated = lay_over(&machine, &known, "--set")?;
         let simulated = lay_over(&stated, &self.hidden, "--hide")?;
         let plans = self.plans(&stated)?;
         let samples: usize = plans.iter().map(|plan| plan.reference.len()).sum();

@@ -36,6 +36,13 @@ impl FromStr for Setting {
     }
 }
 
+impl Setting {
+    /// The setting on top of what diagnoses identified at its key path.
+    pub(super) fn on_top_of(&self, machine: &Machine) -> Self {
+        Self { path: self.path.clone(), value: machine.on_top(&self.path, self.value.clone()) }
+    }
+}
+
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = {}", self.path, self.value)

@@ -6,11 +6,13 @@
 pub mod cascade;
 pub mod integer;
 pub mod pdf;
+pub mod reference_delay;
 
 use serde::{Deserialize, Serialize};
 
 pub use cascade::Cascade;
 pub use pdf::Pdf;
+pub use reference_delay::ReferenceDelay;
 
 /// What a controller sees at one sample, in SI (m or rad).
 #[derive(Debug, Clone, Copy, PartialEq)]

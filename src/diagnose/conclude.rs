@@ -3,9 +3,9 @@
 use super::evidence::{Closed, Score, closed};
 use super::experiment::{Experiment, trace};
 use super::fit::Fit;
+use super::found::{ADEQUATE_GAP, Candidate, Found, price};
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
-use super::selection::{ADEQUATE_GAP, Candidate, Found, price};
 use super::verdict::{
     Calibration, Cause, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap, Verdict, Where,
 };
@@ -17,7 +17,7 @@ use crate::twin::Sensing;
 use std::collections::BTreeMap;
 
 /// Explanations closer than this in log-likelihood predict equally well (a factor of 20 in likelihood).
-const INDISTINCT: f64 = 3.0;
+pub const INDISTINCT: f64 = 3.0;
 /// Below this share among its rivals the chosen explanation is not decided.
 const DECIDED: f64 = 0.7;
 /// An explanation that is not adequate still stands where it leaves no more than this gap and closes
@@ -27,6 +27,11 @@ const LARGELY_CLOSED: f64 = 0.9;
 /// … or where it closes this share: what is left is a detail of it. Otherwise something else is at work too, and the
 /// explanation is only the nearest one.
 const WHOLLY_CLOSED: f64 = 0.99;
+/// Explanations closer than this in log-likelihood may differ by no more than chance: by what each fit made of the
+/// noise of the training runs.
+const NEAR: f64 = 12.0;
+/// A rival less probable than this share of the chosen explanation is not looked into.
+const WORTH_MENTIONING: f64 = 0.05;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL_975: f64 = 1.959_964;
 
@@ -39,9 +44,8 @@ pub fn verdict(found: &Found, before: &Score) -> Verdict {
     }
     let gap = chosen.score.gap();
     let share = closed(before, &chosen.score).value;
-    let explained = gap <= ADEQUATE_GAP
-        || (gap <= SMALL_GAP && share >= LARGELY_CLOSED)
-        || share >= WHOLLY_CLOSED;
+    let explained =
+        gap <= ADEQUATE_GAP || (gap <= SMALL_GAP && share >= LARGELY_CLOSED) || share >= WHOLLY_CLOSED;
     if !explained {
         return Verdict::Unknown;
     }
@@ -123,6 +127,37 @@ fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     names.sort();
     names.dedup();
     names
+}
+
+/// A rival of the chosen explanation.
+pub struct Rival<'a> {
+    /// The explanation.
+    pub candidate: &'a Candidate,
+    /// Its weight among the rivals.
+    pub weight: f64,
+    /// Whether it predicts the held-out runs as well, or leaves the verdict undecided; else it only comes near, and
+    /// chance may be all that is between them.
+    pub is_open: bool,
+}
+
+/// Explanations that these data do not set apart from the chosen one, or hardly, most probable first.
+pub fn open_rivals(found: &Found, verdict: Verdict) -> Vec<Rival<'_>> {
+    let least = if verdict == Verdict::Undecided { WORTH_MENTIONING } else { f64::INFINITY };
+    let own = found.posterior[found.chosen];
+    let likelihood = |candidate: &Candidate, probability: f64| {
+        probability.max(f64::MIN_POSITIVE).ln() + price(candidate.effects())
+    };
+    let best = likelihood(&found.candidates[found.chosen], own);
+    let mut open: Vec<Rival> = rivals(found)
+        .filter(|(candidate, p)| likelihood(candidate, *p) > best - NEAR || *p > least * own)
+        .map(|(candidate, p)| Rival {
+            candidate,
+            weight: p / own + WORTH_MENTIONING,
+            is_open: likelihood(candidate, p) > best - INDISTINCT || p > least * own,
+        })
+        .collect();
+    open.sort_by(|a, b| b.weight.total_cmp(&a.weight));
+    open
 }
 
 fn parameters(fit: &Fit, effect: EffectId) -> BTreeMap<String, Parameter> {
@@ -237,6 +272,7 @@ pub fn gap(
         closed: value,
         closed_ci95: [ci95.0, ci95.1],
         predicted_closed,
+        rigid_body: None,
         signals,
     })
 }

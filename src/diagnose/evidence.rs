@@ -5,6 +5,7 @@ use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use crate::replay::Traces;
 use crate::twin::Sensing;
 
 /// Sums of squared normalised residuals on the held-out runs, block by block and signal by signal.
@@ -25,15 +26,21 @@ impl Score {
     /// # Errors
     /// A setting of a run that the machine does not have.
     pub fn of(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Result<Self> {
+        let predict = |experiment: &Experiment| experiment.predict(machine, Sensing::Perfect);
+        let traces: Result<Vec<Traces>> = experiments.iter().map(predict).collect();
+        Ok(Self::of_traces(experiments, &traces?, floor))
+    }
+
+    /// Scores what was predicted for runs, one prediction a run.
+    pub fn of_traces(experiments: &[Experiment], traces: &[Traces], floor: &Floor) -> Self {
         let total: usize = experiments.iter().map(Experiment::samples).sum();
         let length = total.div_ceil(BLOCKS).max(1);
         let mut blocks = Vec::new();
         let mut lags: Vec<(Signal, f64, f64)> = Vec::new();
-        for experiment in experiments {
-            let predicted = experiment.predict(machine, Sensing::Perfect)?;
+        for (experiment, predicted) in experiments.iter().zip(traces) {
             let mut residuals: Vec<(Signal, Vec<f64>)> = Vec::new();
             for &signal in experiment.signals() {
-                let residual = floor.normalised(experiment, signal, &predicted);
+                let residual = floor.normalised(experiment, signal, predicted);
                 let residual: Vec<f64> = residual.into_iter().map(finite).collect();
                 let weight = residual.len() as f64;
                 let inflation = inflation(&residual);
@@ -56,7 +63,7 @@ impl Score {
             }
         }
         let inflation = lags.into_iter().map(|(signal, sum, weight)| (signal, sum / weight)).collect();
-        Ok(Self { blocks, inflation })
+        Self { blocks, inflation }
     }
 
     /// G² = mean square of all normalised residuals, every signal weighing the same; `weights` count blocks.
@@ -105,17 +112,24 @@ impl Score {
     /// floor; each sample counts 1/τ, with τ the lag-summed autocorrelation of that hypothesis' residuals; the
     /// signals of one control loop are images of the same motion, so their mean counts, not their sum.
     pub fn log_likelihoods(&self, reference: &Self) -> Vec<f64> {
-        let levels = reference.levels(None);
-        let deflation = |signal: Signal| {
-            let find = |list: &[(Signal, f64)]| list.iter().find(|(s, _)| *s == signal).map(|x| x.1);
-            let level = find(&levels).unwrap_or(1.0).max(1.0);
-            1.0 / (level * find(&reference.inflation).unwrap_or(1.0))
-        };
+        let deflation = reference.deflations();
         let score = |block: &Vec<(Signal, f64, usize)>| {
             let sum: f64 = block.iter().map(|&(signal, sum, _)| sum * deflation(signal)).sum();
             -0.5 * sum / block.len().max(1) as f64
         };
         self.blocks.iter().map(score).collect()
+    }
+
+    /// What one squared normalised residual of a signal counts in the log-likelihood where this is the best
+    /// hypothesis: 1/(level·τ).
+    pub fn deflations(&self) -> impl Fn(Signal) -> f64 + use<> {
+        let levels = self.levels(None);
+        let inflation = self.inflation.clone();
+        move |signal| {
+            let find = |list: &[(Signal, f64)]| list.iter().find(|(s, _)| *s == signal).map(|x| x.1);
+            let level = find(&levels).unwrap_or(1.0).max(1.0);
+            1.0 / (level * find(&inflation).unwrap_or(1.0))
+        }
     }
 }
 

@@ -1,6 +1,7 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
 use super::measured;
+use super::run_setting::RunSettings;
 use crate::drive::motor::Motor;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
@@ -52,6 +53,7 @@ pub struct Experiment {
     recorded: Recorded,
     signals: Vec<Signal>,
     mode: Mode,
+    settings: RunSettings,
 }
 
 /// How a run is replayed.
@@ -127,7 +129,8 @@ impl Experiment {
             .into_iter()
             .filter(|s| run.signal(*s).is_some() && modelled(*s) && compared(s))
             .collect();
-        Ok(Self { run: run.clone(), recorded, signals, mode })
+        let settings = RunSettings::of(run, machine);
+        Ok(Self { run: run.clone(), recorded, signals, mode, settings })
     }
 
     /// The signal that drives the replay; none where it follows the reference in closed loop.
@@ -180,15 +183,12 @@ impl Experiment {
         self.run.len()
     }
 
-    /// The machine as it was set in this run.
+    /// The machine, stated or fitted, as it was set in this run: known numbers of effects on top of fitted ones.
     ///
     /// # Errors
     /// A setting of the run that the machine does not have.
     pub fn machine(&self, machine: &Machine) -> Result<Machine> {
-        if self.run.settings.is_empty() {
-            return Ok(machine.clone());
-        }
-        machine.with_settings(self.run.settings.iter().map(|(key, value)| (key.as_str(), value.clone())))
+        self.settings.machine(machine)
     }
 
     /// What the machine's twin predicts for this run, on the axis plant.
@@ -199,9 +199,28 @@ impl Experiment {
         let machine = self.machine(machine)?;
         let axis = Axis::of(&machine.constants());
         Ok(match &self.mode {
-            Mode::ClosedLoop => self.recorded.replay(&machine, axis, sensing),
+            Mode::ClosedLoop => {
+                let mut traces = self.recorded.replay(&machine, axis, sensing);
+                self.share_zero(&machine, &mut traces);
+                traces
+            }
             Mode::Windows(windowed) => windowed.replay(&machine, axis, sensing),
         })
+    }
+
+    /// Of two position sensors, the one that does not close the position loop has a zero that means nothing, and where
+    /// in its play a drive train stood at the start is not known: its prediction is moved to the recorded mean.
+    fn share_zero(&self, machine: &Machine, traces: &mut Traces) {
+        let Some(sensor) = &machine.description().load_sensor else { return };
+        let [position, load] = [Signal::Position, Signal::LoadPosition].map(|s| self.run.signal(s));
+        let (Some(position), Some(load)) = (position, load) else { return };
+        let (recorded, predicted) = match sensor.closes_position_loop {
+            true => (position, &mut traces.position),
+            false => (load, &mut traces.load_position),
+        };
+        let sum: f64 = recorded.iter().zip(predicted.iter()).map(|(r, p)| r - p).sum();
+        let zero = sum / recorded.len() as f64;
+        predicted.iter_mut().filter(|_| zero.is_finite()).for_each(|p| *p += zero);
     }
 }
 

@@ -3,12 +3,10 @@
 use super::experiment::Experiment;
 use super::hypothesis::{Free, Freedom, Hypothesis};
 use super::noise::Floor;
+use super::objective::Objective;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::Signal;
-use crate::twin::Sensing;
 use nalgebra::{DMatrix, DVector};
-use std::collections::BTreeMap;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -56,215 +54,6 @@ const ROUGHLY_ARRIVED: f64 = 3e-3;
 const DESCENTS: usize = 3;
 /// Relative fall of the sum of squares below which the fit has arrived.
 const ARRIVED: f64 = 1e-7;
-/// Finite-difference step in units of a number's scale: far above rounding, far below curvature.
-const DIFFERENCE: f64 = 1e-4;
-/// Residuals beyond this many σ weigh as this many: keeps a diverging candidate finite.
-const LARGEST: f64 = 1e9;
-
-/// Residuals beyond so many robust standard deviations count linearly, not squared: moments at which the twin is
-/// structurally wrong (a reversal, a jump of the command) must not set its constants. White noise stays untouched.
-const GUARD: f64 = 3.0;
-/// Median absolute value of a normal variable to its standard deviation.
-const MEDIAN_TO_SIGMA: f64 = 1.4826;
-
-/// What a fit minimises: normalised residuals of closed-loop replays, and calibration's distance from its
-/// stated values in tolerances.
-pub struct Objective<'a> {
-    machine: &'a Machine,
-    hypothesis: &'a Hypothesis,
-    experiments: &'a [Experiment],
-    floor: &'a Floor,
-    /// Every so many samples one counts.
-    stride: usize,
-}
-
-impl<'a> Objective<'a> {
-    /// The objective of a hypothesis on these runs.
-    pub fn new(
-        machine: &'a Machine,
-        hypothesis: &'a Hypothesis,
-        experiments: &'a [Experiment],
-        floor: &'a Floor,
-    ) -> Self {
-        Self { machine, hypothesis, experiments, floor, stride: 1 }
-    }
-
-    /// The same objective on samples thinned for a fit of this care.
-    fn for_care(mut self, care: Care) -> Self {
-        if let Care::Rough(known) = care {
-            self.stride = known.stride;
-        }
-        self
-    }
-
-    /// Rows that one signal of a run takes.
-    fn rows(&self, experiment: &Experiment) -> usize {
-        experiment.samples().div_ceil(self.stride)
-    }
-
-    /// Normalised residuals of all runs, run after run, signal after signal.
-    ///
-    /// # Errors
-    /// A setting of a run that the machine does not have.
-    pub fn residuals(&self, values: &[f64]) -> Result<DVector<f64>> {
-        let Ok(machine) = self.hypothesis.machine(self.machine, values) else {
-            // A value that the description refuses (no mass left, say) explains nothing.
-            let rows = self.experiments.iter().map(|e| self.rows(e) * e.signals().len()).sum();
-            return Ok(DVector::from_element(rows, LARGEST));
-        };
-        let mut all = Vec::new();
-        for experiment in self.experiments {
-            let predicted = experiment.predict(&machine, Sensing::Perfect)?;
-            for &signal in experiment.signals() {
-                let residual = self.floor.normalised(experiment, signal, &predicted);
-                all.extend(residual.into_iter().step_by(self.stride));
-            }
-        }
-        for residual in &mut all {
-            *residual = if residual.is_finite() { residual.clamp(-LARGEST, LARGEST) } else { LARGEST };
-        }
-        Ok(DVector::from_vec(all))
-    }
-
-    /// Derivatives of the residuals by the numbers in units of their scale; columns that `known` has are taken from
-    /// there.
-    fn jacobian(
-        &self,
-        values: &[f64],
-        residuals: &DVector<f64>,
-        known: Option<&Sensitivities>,
-    ) -> Result<DMatrix<f64>> {
-        let mut jacobian = DMatrix::zeros(residuals.len(), values.len());
-        for (k, free) in self.hypothesis.free.iter().enumerate() {
-            if let Some(column) = known.and_then(|known| known.column(free)) {
-                jacobian.set_column(k, &column);
-                continue;
-            }
-            if free.held {
-                continue;
-            }
-            let mut varied = values.to_vec();
-            let reach = DIFFERENCE * free.scale;
-            let step = if values[k] + reach <= free.range.1 { reach } else { -reach };
-            if values[k] + step < free.range.0 {
-                continue; // no room to vary: the data leave this number where it is
-            }
-            varied[k] += step;
-            // In units of the number's scale, so that columns are comparable.
-            let column = (self.residuals(&varied)? - residuals) * (free.scale / step);
-            jacobian.set_column(k, &column);
-        }
-        Ok(jacobian)
-    }
-
-    /// Pull of calibration towards its stated values: (diagonal of the normal matrix, gradient), scaled.
-    fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
-        let free = &self.hypothesis.free;
-        let is_calibration = |k: usize| free[k].freedom == Freedom::Calibration;
-        let weigh = |k: usize| if is_calibration(k) { 1.0 } else { 0.0 };
-        // Numbers of a cause may have no neutral value at all.
-        let pull =
-            |k: usize| if is_calibration(k) { (values[k] - free[k].neutral) / free[k].scale } else { 0.0 };
-        (DVector::from_fn(free.len(), |k, _| weigh(k)), DVector::from_fn(free.len(), |k, _| pull(k)))
-    }
-
-    /// Normal matrix and gradient of the weighted sum of squares.
-    fn normal(
-        &self,
-        jacobian: &DMatrix<f64>,
-        residuals: &DVector<f64>,
-        weights: &DVector<f64>,
-        values: &[f64],
-    ) -> (DMatrix<f64>, DVector<f64>) {
-        let (weight, pull) = self.prior(values);
-        let mut weighted = jacobian.clone();
-        for mut column in weighted.column_iter_mut() {
-            column.component_mul_assign(weights);
-        }
-        let normal = weighted.tr_mul(jacobian) + DMatrix::from_diagonal(&weight);
-        (normal, weighted.tr_mul(residuals) + pull)
-    }
-
-    fn cost(&self, residuals: &DVector<f64>, weights: &DVector<f64>, values: &[f64]) -> f64 {
-        let squares: f64 = residuals.iter().zip(weights).map(|(r, w)| w * r * r).sum();
-        squares + self.prior(values).1.norm_squared()
-    }
-
-    /// Weights of the squared normalised residuals.
-    ///
-    /// # Model
-    /// What is left of a signal is noise, of variance p² (its profile over time), and what the hypothesis does not
-    /// describe, of variance S² (from the median of the residuals, the same at all times); all in units of the
-    /// signal's noise level. Each sample weighs by the inverse of both together, times Huber's weight beyond
-    /// [`GUARD`] standard deviations, so that no signal drowns the others.
-    fn weights(&self, residuals: &DVector<f64>) -> DVector<f64> {
-        let mut weights = DVector::from_element(residuals.len(), 1.0);
-        for rows in self.signal_rows().values() {
-            let levelled = || rows.iter().flat_map(|part| part.levelled(residuals));
-            let mut sizes: Vec<f64> = levelled().map(|(_, e, _)| e.abs()).collect();
-            if sizes.is_empty() {
-                continue;
-            }
-            let middle = sizes.len() / 2;
-            let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-            let structure = ((MEDIAN_TO_SIGMA * median).powi(2) - 1.0).max(0.0);
-            for (row, e, profile) in levelled() {
-                let noise = profile * profile;
-                let spread = (noise + structure).sqrt();
-                let huber = GUARD * spread / e.abs().max(GUARD * spread);
-                weights[row] = huber * noise / (noise + structure);
-            }
-        }
-        weights
-    }
-
-    /// Size of residuals by which fits from different starts are compared: logarithms of the signals' mean squares, so
-    /// that none drowns the others, whatever its noise.
-    fn size(&self, residuals: &DVector<f64>) -> f64 {
-        self.signal_rows()
-            .values()
-            .map(|rows| {
-                let levelled = || rows.iter().flat_map(|part| part.levelled(residuals));
-                let squares: f64 = levelled().map(|(_, e, profile)| (e / profile).powi(2)).sum();
-                let count = rows.iter().map(|part| part.samples).sum::<usize>() as f64;
-                (1.0 + squares / count).ln()
-            })
-            .sum()
-    }
-
-    /// Rows of each signal, over all runs.
-    fn signal_rows(&self) -> BTreeMap<Signal, Vec<Rows<'_>>> {
-        let mut rows: BTreeMap<Signal, Vec<Rows>> = BTreeMap::new();
-        let mut offset = 0;
-        for experiment in self.experiments {
-            for &signal in experiment.signals() {
-                let profile = self.floor.profile(experiment, signal);
-                let samples = self.rows(experiment);
-                rows.entry(signal).or_default().push(Rows { offset, samples, stride: self.stride, profile });
-                offset += samples;
-            }
-        }
-        rows
-    }
-}
-
-/// Where one signal of one run stands among the residuals, and its noise profile.
-struct Rows<'a> {
-    offset: usize,
-    samples: usize,
-    stride: usize,
-    profile: Option<&'a [f64]>,
-}
-
-impl Rows<'_> {
-    /// Row, residual in units of the signal's noise level, and noise profile of each sample.
-    fn levelled(&self, residuals: &DVector<f64>) -> impl Iterator<Item = (usize, f64, f64)> {
-        (0..self.samples).map(|k| {
-            let profile = self.profile.map_or(1.0, |profile| profile[k * self.stride]);
-            (self.offset + k, residuals[self.offset + k] * profile, profile)
-        })
-    }
-}
 
 /// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.
 ///
@@ -274,7 +63,7 @@ impl Rows<'_> {
 pub struct Sensitivities {
     free: Vec<Free>,
     columns: DMatrix<f64>,
-    stride: usize,
+    pub(super) stride: usize,
 }
 
 /// Rows that rough fits take at most.
@@ -294,7 +83,7 @@ impl Sensitivities {
         Ok(Self { free: fit.hypothesis.free.clone(), columns, stride: objective.stride })
     }
 
-    fn column(&self, free: &Free) -> Option<DVector<f64>> {
+    pub(super) fn column(&self, free: &Free) -> Option<DVector<f64>> {
         let place = self.free.iter().position(|own| own.path == free.path)?;
         Some(self.columns.column(place) * (free.scale / self.free[place].scale))
     }

@@ -127,7 +127,7 @@ fn parameters(effect: EffectId, motion: Motion) -> impl Iterator<Item = (&'stati
 }
 
 /// Parameter values that leave the twin as its file states it.
-fn stated_values(machine: &Machine, effect: EffectId) -> Vec<f64> {
+pub(super) fn stated_values(machine: &Machine, effect: EffectId) -> Vec<f64> {
     let neutral = effect.neutral(&machine.constants());
     effect
         .parameters()
@@ -149,10 +149,15 @@ fn proposed(
     let proposal = proposals.get(effect)?;
     let neutral = stated_values(machine, effect);
     let mut values = proposal.starts.clone();
-    // Screening sees what is missing; where the twin has some of these already, that comes on top.
-    if effect.is_cumulative() && machine.description().effect.contains(effect) {
-        values.iter_mut().for_each(|start| start[0] += neutral[0]);
+    if machine.description().effect.contains(effect) {
+        // Screening sees what is missing; where the twin has some of these already, that comes on top.
+        if effect.is_cumulative() {
+            values.iter_mut().for_each(|start| start[0] += neutral[0]);
+        }
+        // What the twin has may have changed in size only.
+        values.insert(0, neutral.clone());
     }
+    let first = values.first()?.clone();
     let held = effect.parameters().iter().map(|parameter| parameter.held);
     let numbers = parameters(effect, machine.motion())
         .zip(held)
@@ -165,7 +170,7 @@ fn proposed(
             freedom: Freedom::Cause,
             neutral: neutral[k],
             range: proposal.ranges[k],
-            scale: scale(values[0][k], proposal.ranges[k]),
+            scale: scale(first[k], proposal.ranges[k]),
             held,
         })
         .collect();

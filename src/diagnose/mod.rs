@@ -4,34 +4,46 @@
 //! compare (held-out runs only) → conclude.
 
 pub mod check;
+pub mod compare;
 mod conclude;
 pub mod cut;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
+pub mod found;
 pub mod hypothesis;
+mod improve;
 mod locate;
 mod measured;
 pub mod motion;
+pub mod next_experiment;
 pub mod noise;
+pub mod objective;
 pub mod proposals;
+pub mod prove;
+mod run_setting;
 mod segments;
 pub mod selection;
 pub mod shape;
 pub mod verdict;
 pub mod visibility;
 
+pub use compare::compare;
+pub use improve::improved;
 pub use verdict::{Diagnosis, Verdict};
 
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::{HeldOutRuns, Recording, SplitRule, TrainingRuns};
+use crate::recording::{HeldOutRuns, Recording, Signal, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
 use fit::{Care, fit};
+use found::Found;
+use next_experiment::NextExperiment;
 use noise::Floor;
-use selection::{Found, Search};
+use selection::Search;
+use std::collections::BTreeMap;
 use visibility::View;
 
 /// What a diagnosis may name, and who is told how it goes on.
@@ -54,8 +66,18 @@ impl Default for Options<'_> {
 /// A recording that cannot be split into training and held-out runs, signals that a replay needs and the
 /// recording lacks, or settings that the machine does not have.
 pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    diagnose_beside(machine, recording, options, BTreeMap::new())
+}
+
+/// Diagnoses a recording against a twin that is known to leave so much of each signal, RMS in SI, anyway.
+fn diagnose_beside(
+    machine: &Machine,
+    recording: &Recording,
+    options: &Options,
+    left: BTreeMap<Signal, f64>,
+) -> Result<Diagnosis> {
     let (training, held_out) = recording.split(SplitRule::default())?;
-    let mut ready = Ready::new(machine, &training, &held_out)?;
+    let mut ready = Ready::new(machine, &training, &held_out, left)?;
     let view = View::of(machine, &ready.training, options.catalogue);
     let options = &Options { catalogue: &view.catalogue, ..*options };
     let mut found = ready.search(options, None)?;
@@ -82,25 +104,32 @@ struct Ready<'a> {
     before: Score,
     /// Stretches of the signal path that show no gap of their own.
     clean: Vec<cut::Cut>,
+    /// What the twin leaves of each signal anyway, RMS in SI.
+    left: BTreeMap<Signal, f64>,
 }
 
 impl<'a> Ready<'a> {
-    fn new(machine: &'a Machine, training: &TrainingRuns, held_out: &HeldOutRuns) -> Result<Self> {
+    fn new(
+        machine: &'a Machine,
+        training: &TrainingRuns,
+        held_out: &HeldOutRuns,
+        left: BTreeMap<Signal, f64>,
+    ) -> Result<Self> {
         let experiments = |runs: &[crate::recording::Run]| -> Result<Vec<Experiment>> {
             runs.iter().map(|run| Experiment::new(run, machine)).collect()
         };
         let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
         let all: Vec<&Experiment> = training.iter().chain(&held_out).collect();
-        let floor = Floor::estimate(machine, &all)?;
+        let floor = Floor::estimate(machine, &all)?.beside(&left);
         let before = Score::of(machine, &held_out, &floor)?;
         let clean = cut::clean(machine, &training)?;
-        Ok(Self { machine, training, held_out, floor, before, clean })
+        Ok(Self { machine, training, held_out, floor, before, clean, left })
     }
 
     /// Takes the noise floor of another twin of the same machine; tells whether it is another floor.
     fn set_floor(&mut self, twin: &Machine) -> Result<bool> {
         let all: Vec<&Experiment> = self.training.iter().chain(&self.held_out).collect();
-        let floor = Floor::estimate(twin, &all)?;
+        let floor = Floor::estimate(twin, &all)?.beside(&self.left);
         if floor.is_like(&self.floor, &self.training) && floor.is_like(&self.floor, &self.held_out) {
             return Ok(false);
         }
@@ -129,29 +158,32 @@ impl<'a> Ready<'a> {
     fn conclude(&self, found: &Found, recording: &Recording, options: &Options) -> Result<Diagnosis> {
         let chosen = &found.candidates[found.chosen];
         let verdict = conclude::verdict(found, &self.before);
-        let causes = conclude::causes(found, &self.before);
+        let mut causes = conclude::causes(found, &self.before);
+        let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
         let improved = chosen.fit.machine(self.machine)?;
         let predicted = self.predicted_closed(&chosen.fit)?;
-        let gap = conclude::gap(
+        let mut gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
             predicted,
             &self.held_out,
             &self.floor,
         )?;
+        if !causes.is_empty() {
+            gap.rigid_body = prove::rigid_body([self.machine, &improved], &self.held_out, &self.floor);
+        }
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floor)?;
         conclude::sites(&mut place, &causes, unexplained);
         let left = match verdict {
             Verdict::NoGap => None,
-            _ if chosen.score.gap() <= selection::ADEQUATE_GAP => None,
+            _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
             _ => Some(shape::shape(&improved, &self.held_out, &self.floor)?),
         };
         let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
             verdict,
-            causes,
             effects: conclude::effects(found, options.catalogue),
             ranking: conclude::ranking(found),
             refinements: conclude::refinements(found, &self.before),
@@ -160,7 +192,8 @@ impl<'a> Ready<'a> {
             place,
             unexplained,
             left,
-            next_experiment: None,
+            next_experiment,
+            causes,
             not_examined: Vec::new(),
             checks: [
                 check::check(self.machine, &self.training, &self.held_out),
@@ -175,8 +208,40 @@ impl<'a> Ready<'a> {
                 sha256: recording.sha256(),
                 note: recording.note.clone(),
             },
+            reference: None,
             version: env!("CARGO_PKG_VERSION"),
         })
+    }
+
+    /// What to record next, where an explanation is left that does as well as the chosen one; explanations that could
+    /// not but do as well are added to what the causes can be confused with.
+    fn next_experiment(
+        &self,
+        found: &Found,
+        verdict: Verdict,
+        causes: &mut [verdict::Cause],
+    ) -> Result<Option<NextExperiment>> {
+        if causes.is_empty() && verdict != Verdict::Undecided {
+            return Ok(None);
+        }
+        let proposal = next_experiment::propose(&next_experiment::Question {
+            machine: self.machine,
+            training: &self.training,
+            held_out: &self.held_out,
+            floor: &self.floor,
+            found,
+            rivals: conclude::open_rivals(found, verdict),
+        })?;
+        for effects in &proposal.equivalent {
+            let strange = effects.difference(found.candidates[found.chosen].effects());
+            let strange: Vec<String> = strange.map(|effect| effect.name().to_owned()).collect();
+            for cause in causes.iter_mut().filter(|c| !effects.iter().any(|e| e.name() == c.effect)) {
+                cause.confusable_with.extend(strange.iter().cloned());
+                cause.confusable_with.sort();
+                cause.confusable_with.dedup();
+            }
+        }
+        Ok(proposal.next)
     }
 
     /// Closed share that cross-validation inside the training runs predicts: each run left out in turn is

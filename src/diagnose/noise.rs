@@ -23,6 +23,8 @@ pub enum Source {
     Declared,
     /// Nothing to go by: 10⁻⁴ of the signal's own size.
     Assumed,
+    /// In a comparison: what the twin of the machine as it was leaves of the reference recording.
+    Reference,
 }
 
 /// σ of each signal over time, and where it comes from.
@@ -76,6 +78,30 @@ impl Floor {
         Ok(Self { levels, profiles })
     }
 
+    /// The floor with what a twin leaves anyway, RMS of each signal in SI, as far as it is more than noise.
+    ///
+    /// # Model
+    /// σ'(t)² = σ(t)² + max(0, r² − mean σ²): what no twin at hand has described is there at all times alike.
+    #[must_use]
+    pub fn beside(mut self, left: &BTreeMap<Signal, f64>) -> Self {
+        for (signal, rms) in left {
+            let Some((level, source)) = self.levels.get_mut(signal) else { continue };
+            let own = self.profiles.iter_mut().filter(|((_, s), _)| s == signal);
+            let profiles: Vec<&mut Vec<f64>> = own.map(|(_, profile)| profile).collect();
+            let noise = mean_square(profiles.iter().flat_map(|p| p.iter().copied())).unwrap_or(1.0);
+            let structure = (rms * rms - noise * *level * *level).max(0.0);
+            let raised = (*level * *level + structure).sqrt();
+            for sigma in profiles.into_iter().flatten() {
+                *sigma = ((*sigma * *level).powi(2) + structure).sqrt() / raised;
+            }
+            if structure > *level * *level {
+                *source = Source::Reference;
+            }
+            *level = raised;
+        }
+        self
+    }
+
     /// Residuals of one signal of a run, recorded less predicted, in units of their noise.
     pub fn normalised(&self, experiment: &Experiment, signal: Signal, predicted: &Traces) -> Vec<f64> {
         let measured = experiment.run().signal(signal).unwrap_or_default();
@@ -109,7 +135,8 @@ impl Floor {
     /// Whether another floor of these runs says the same, within what a few draws of noise leave open.
     pub fn is_like(&self, other: &Self, experiments: &[Experiment]) -> bool {
         self.levels.keys().all(|&signal| {
-            let ratio = self.root_mean_square(signal, experiments) / other.root_mean_square(signal, experiments);
+            let ratio =
+                self.root_mean_square(signal, experiments) / other.root_mean_square(signal, experiments);
             (ratio - 1.0).abs() < SAME_FLOOR
         })
     }
@@ -296,4 +323,29 @@ fn moving_root_mean(squares: &[f64], half: usize) -> Vec<f64> {
             ((sums[to] - sums[from]).max(0.0) / (to - from) as f64).sqrt()
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What a twin leaves anyway adds to the variance at all times alike; what is no more than noise adds nothing.
+    #[test]
+    fn exact_what_is_left_anyway_adds_in_variance() {
+        let channel = ("a".to_string(), Signal::Position);
+        let floor = Floor {
+            levels: BTreeMap::from([(Signal::Position, (3.0, Source::Declared))]),
+            profiles: BTreeMap::from([(channel.clone(), vec![1.0, 1.0, 2.0, 2.0])]),
+        };
+        // The mean of the variances is 22.5.
+        let same = floor.clone().beside(&BTreeMap::from([(Signal::Position, 4.7), (Signal::Velocity, 1.0)]));
+        assert_eq!(same, floor);
+        let raised = floor.beside(&BTreeMap::from([(Signal::Position, 8.0)]));
+        let sigma: Vec<f64> =
+            raised.profiles[&channel].iter().map(|p| p * raised.sigma(Signal::Position)).collect();
+        for (sigma, own) in sigma.iter().zip([9.0, 9.0, 36.0, 36.0_f64]) {
+            assert!((sigma - (own + 41.5).sqrt()).abs() < 1e-12);
+        }
+        assert_eq!((raised.profiles[&channel][0], raised.source(Signal::Position)), (1.0, Source::Reference));
+    }
 }

@@ -30,8 +30,8 @@ impl Proposals {
         Self(effects.par_iter().map(propose).collect())
     }
 
-    /// The proposal for one effect; none where it was not screened for or the data show nothing to start from.
+    /// The proposal for one effect; none where it was not screened for.
     pub fn get(&self, effect: EffectId) -> Option<&Proposal> {
-        self.0.get(&effect).filter(|proposal| !proposal.starts.is_empty())
+        self.0.get(&effect)
     }
 }

@@ -1,9 +1,10 @@
 //! Which effects: forward selection and backward elimination on held-out evidence.
 
-use super::evidence::{Score, bootstrap};
+use super::evidence::Score;
 use super::experiment::Experiment;
 use super::fit::{Care, Fit, Sensitivities, fit};
-use super::hypothesis::{EffectSet, Freedom, Hypothesis};
+use super::found::{Base, Candidate, Found, posterior};
+use super::hypothesis::{EffectSet, Hypothesis};
 use super::motion;
 use super::noise::Floor;
 use super::proposals::Proposals;
@@ -12,24 +13,6 @@ use crate::error::Result;
 use crate::machine::Machine;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A hypothesis fitted on training runs and scored on held-out runs.
-#[derive(Debug, Clone)]
-pub struct Candidate {
-    /// The fit.
-    pub fit: Fit,
-    /// Its score on the held-out runs.
-    pub score: Score,
-    /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
-    pub thorough: bool,
-}
-
-impl Candidate {
-    /// Its effects.
-    pub fn effects(&self) -> &EffectSet {
-        &self.fit.hypothesis.effects
-    }
-}
 
 /// What the search has to work with.
 pub struct Search<'a> {
@@ -49,38 +32,6 @@ pub struct Search<'a> {
     pub progress: &'a (dyn Fn(&str) + Sync),
 }
 
-/// What the search found.
-pub struct Found {
-    /// Every hypothesis looked at; the first leaves the twin as it is but for calibration.
-    pub candidates: Vec<Candidate>,
-    /// Index of the chosen one.
-    pub chosen: usize,
-    /// Posterior probability of each candidate.
-    pub posterior: Vec<f64>,
-    /// Effects that may be named.
-    catalogue: Vec<EffectId>,
-    /// What fits that build on a candidate need of it.
-    bases: BTreeMap<usize, Base>,
-}
-
-/// What fits that build on a candidate need of it: its sensitivities, and where other effects start beside it.
-struct Base {
-    sensitivities: Sensitivities,
-    proposals: Proposals,
-}
-
-/// An effect more must be worth this much log-likelihood: a prior of 1 in 100 for each effect.
-pub const PRICE_PER_EFFECT: f64 = 4.605;
-/// An improvement must pay its price in this share of bootstrap draws over blocks of the held-out runs: it must
-/// not rest on one or two moments.
-const CERTAIN: f64 = 0.95;
-/// Below this gap an explanation is adequate: nothing is left that noise would not leave.
-pub const ADEQUATE_GAP: f64 = 1.25;
-/// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
-/// named only if it closes this share of the original gap.
-const MATERIAL_SHARE: f64 = 0.005;
-/// An explanation cannot fall below this mean square: noise itself, with some of it taken for signal.
-const LEAST_LEFT: f64 = 0.9;
 /// More effects than this are not named at once.
 const MOST_EFFECTS: usize = 5;
 /// Of the hypotheses of one round, so many are fitted to the end.
@@ -106,14 +57,17 @@ impl Search<'_> {
         let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
         let calibrated = nothing.map(|h| self.evaluate(&h, None, Care::Thorough)).transpose()?;
         found.candidates.extend(calibrated);
+        // Every explanation seen sharpens the weights of all: the steps are gone through until they change nothing.
+        let mut settled = None;
         for _ in 0..MOST_EFFECTS {
             self.grow(&mut found, before)?;
             self.shrink(&mut found)?;
-            let swapped = self.swap(&mut found, before)?;
-            let refined = self.refine(&mut found, before)?;
-            if !(swapped || refined) {
+            self.swap(&mut found, before)?;
+            self.refine(&mut found, before)?;
+            if settled == Some(found.chosen) {
                 break;
             }
+            settled = Some(found.chosen);
         }
         found.posterior = posterior(&found, before);
         Ok(found)
@@ -220,16 +174,16 @@ impl Search<'_> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
             let sets = self.larger(found.effects(), |e| e.supersedes().is_empty());
             let mut indices = self.explore(found, &sets, found.chosen)?;
-            indices.retain(|&index| found.is_resolved(index));
-            let mut next = found.best_of(&indices).filter(|&best| found.may_follow(best, before));
+            indices.retain(|&index| found.may_follow(index, before));
+            let mut next = found.best_of(&indices);
             if next.is_none_or(|best| !found.is_adequate(best)) {
                 let laws = self.replacing(found.effects());
-                let indices = self.explore(found, &laws, found.chosen)?;
-                let best = found.best_of(&indices).filter(|&best| found.is_adequate(best));
-                if let Some(best) = best.filter(|&best| found.may_follow(best, before)) {
-                    if self.all_needed(found, best)? {
-                        next = Some(best);
-                    }
+                let mut indices = self.explore(found, &laws, found.chosen)?;
+                indices.retain(|&index| found.is_adequate(index) && found.may_follow(index, before));
+                if let Some(best) = found.best_of(&indices)
+                    && self.all_needed(found, best)?
+                {
+                    next = Some(best);
                 }
             }
             match next {
@@ -273,10 +227,10 @@ impl Search<'_> {
     }
 
     /// Puts every other effect in the place of each chosen one: what was found first may only have stood for another.
-    fn swap(&self, found: &mut Found, before: &Score) -> Result<bool> {
+    fn swap(&self, found: &mut Found, before: &Score) -> Result<()> {
         let chosen = found.effects().clone();
         if chosen.len() < 2 {
-            return Ok(false);
+            return Ok(());
         }
         for rest in subsets(&chosen) {
             let Some(from) = found.index(&rest) else { continue };
@@ -299,11 +253,11 @@ impl Search<'_> {
         if let Some(best) = best {
             found.chosen = best;
         }
-        Ok(best.is_some())
+        Ok(())
     }
 
     /// Tries laws that take over several elementary effects, alone and beside the rest.
-    fn refine(&self, found: &mut Found, before: &Score) -> Result<bool> {
+    fn refine(&self, found: &mut Found, before: &Score) -> Result<()> {
         for full in self.replacing(&found.effects().clone()) {
             let Some(&law) = full.iter().find(|e| !found.effects().contains(e)) else { continue };
             let mut sets = subsets(&full);
@@ -314,10 +268,10 @@ impl Search<'_> {
             let better = found.merit(best) > found.merit(found.chosen);
             if better && found.worth_naming(best, found.chosen, before) && self.all_needed(found, best)? {
                 found.chosen = best;
-                return Ok(true);
+                return Ok(());
             }
         }
-        Ok(false)
+        Ok(())
     }
 
     /// Whether every law of a candidate that generalises others is needed, the plain sets looked at first.
@@ -342,178 +296,4 @@ impl Search<'_> {
 /// The set without each of its members.
 fn subsets(set: &EffectSet) -> Vec<EffectSet> {
     set.iter().map(|left| set.iter().filter(|e| *e != left).copied().collect()).collect()
-}
-
-impl Found {
-    fn effects(&self) -> &EffectSet {
-        self.candidates[self.chosen].effects()
-    }
-
-    /// The candidate with exactly these effects.
-    pub fn index(&self, set: &EffectSet) -> Option<usize> {
-        self.candidates.iter().position(|candidate| candidate.effects() == set)
-    }
-
-    /// Best explanation so far; its residuals say how large and how correlated the unexplained part is.
-    fn reference(&self) -> &Score {
-        reference(&self.candidates)
-    }
-
-    fn likelihood(&self, index: usize) -> f64 {
-        self.candidates[index].score.log_likelihoods(self.reference()).iter().sum()
-    }
-
-    /// Log-likelihood less the price of the effects.
-    fn merit(&self, index: usize) -> f64 {
-        let candidate = &self.candidates[index];
-        self.likelihood(index) - price(candidate.effects()) - candidate.fit.strain()
-    }
-
-    fn is_adequate(&self, index: usize) -> bool {
-        self.candidates[index].score.gap() <= ADEQUATE_GAP
-    }
-
-    /// Whether a candidate may take the chosen one's place.
-    fn may_follow(&self, index: usize, before: &Score) -> bool {
-        index != self.chosen
-            && self.candidates[index].thorough
-            && self.is_resolved(index)
-            && self.beyond_chance(index, self.chosen)
-            && self.worth_naming(index, self.chosen, before)
-    }
-
-    /// Whether the chosen explanation leaves so much open that closing it would be worth naming.
-    fn has_material_left(&self, before: &Score) -> bool {
-        let left = self.candidates[self.chosen].score.mean_square();
-        self.chosen == 0 || !self.is_adequate(self.chosen) || left - LEAST_LEFT > MATERIAL_SHARE * (before.mean_square() - 1.0)
-    }
-
-    /// Whether a candidate leaves more open than the chosen one, by as much as is worth naming.
-    fn loses_ground(&self, index: usize, before: &Score) -> bool {
-        self.worth_naming(self.chosen, index, before) && !self.is_adequate(index)
-    }
-
-    /// A candidate's effects with what a law generalises in the law's place, as far as that may be named.
-    fn plain(&self, index: usize, law: EffectId) -> EffectSet {
-        let general = law.supersedes().iter().filter(|e| self.catalogue.contains(e));
-        // Effects that the law stands in for wholly: the plain set has them instead.
-        self.candidates[index].effects().iter().filter(|e| **e != law).chain(general).copied().collect()
-    }
-
-    /// Whether every effect of a candidate has a parameter whose 95 % interval leaves out the twin's own value.
-    fn is_resolved(&self, index: usize) -> bool {
-        let fit = &self.candidates[index].fit;
-        let resolved = |effect: &EffectId| {
-            fit.hypothesis.free.iter().enumerate().any(|(k, free)| {
-                let away = (fit.values[k] - free.neutral).abs();
-                free.effect == *effect
-                    && free.freedom == Freedom::Cause
-                    && away > 1.96 * fit.standard_errors[k]
-            })
-        };
-        // A number that went to the end of where a fit may look is no finding (none at all is: zero).
-        let runs_off = fit.hypothesis.free.iter().zip(&fit.values).any(|(free, &value)| {
-            let edge = 1e-6 * (free.range.1 - free.range.0);
-            let low = free.range.0 != 0.0 && value - free.range.0 < edge;
-            free.freedom == Freedom::Cause && !free.held && (low || free.range.1 - value < edge)
-        });
-        !runs_off && fit.hypothesis.effects.iter().all(resolved)
-    }
-
-    /// Whether a law that generalises others beats every set of those others that was looked at: if it does not,
-    /// its extra freedom says nothing and the simpler effects stand for it.
-    fn is_needed(&self, index: usize, law: EffectId) -> bool {
-        let plain = self.plain(index, law);
-        let simpler = self.candidates.iter().enumerate().filter(|(_, c)| c.effects().is_subset(&plain));
-        simpler.map(|(k, _)| k).all(|simple| self.beyond_chance(index, simple))
-    }
-
-    /// Whether a candidate predicts better than the chosen one by less than is worth naming: a detail that only
-    /// shows once the chosen effects are in the twin, not a rival of them.
-    pub fn is_refinement(&self, index: usize, before: &Score) -> bool {
-        let (other, chosen) = (&self.candidates[index].score, &self.candidates[self.chosen].score);
-        index != self.chosen
-            && other.mean_square() < chosen.mean_square()
-            && !self.worth_naming(index, self.chosen, before)
-    }
-
-    fn best_of(&self, indices: &[usize]) -> Option<usize> {
-        indices.iter().copied().max_by(|&a, &b| self.merit(a).total_cmp(&self.merit(b)))
-    }
-
-    /// Whether candidate `a` explains the held-out runs better than `b` by more than its extra effects cost and
-    /// does so wherever the held-out runs are looked at.
-    fn beyond_chance(&self, a: usize, b: usize) -> bool {
-        let reference = self.reference();
-        let gains: Vec<f64> = self.candidates[a]
-            .score
-            .log_likelihoods(reference)
-            .iter()
-            .zip(self.candidates[b].score.log_likelihoods(reference))
-            .map(|(a, b)| a - b)
-            .collect();
-        let more = self.candidates[a].effects().len() as f64 - self.candidates[b].effects().len() as f64;
-        let price = PRICE_PER_EFFECT * more.max(1.0);
-        let pays = |weights: &[f64]| gains.iter().zip(weights).map(|(g, w)| g * w).sum::<f64>() > price;
-        let draws = bootstrap(gains.len(), DRAWS);
-        let paid = draws.iter().filter(|weights| pays(weights)).count();
-        gains.iter().sum::<f64>() > price && paid as f64 >= CERTAIN * draws.len() as f64
-    }
-
-    /// Whether the step from `b` to `a` matters: it makes an inadequate explanation adequate, or closes a material share.
-    fn worth_naming(&self, a: usize, b: usize, before: &Score) -> bool {
-        let (after, now) = (&self.candidates[a].score, &self.candidates[b].score);
-        let gained = now.mean_square() - after.mean_square();
-        let settles = after.gap() <= ADEQUATE_GAP && now.gap() > ADEQUATE_GAP;
-        settles || gained >= MATERIAL_SHARE * (before.mean_square() - 1.0)
-    }
-}
-
-/// What a set of effects must be worth in log-likelihood.
-pub fn price(effects: &EffectSet) -> f64 {
-    effects.iter().map(|effect| PRICE_PER_EFFECT + effect.rarity()).sum()
-}
-
-fn reference(candidates: &[Candidate]) -> &Score {
-    let least = |a: &&Candidate, b: &&Candidate| a.score.mean_square().total_cmp(&b.score.mean_square());
-    // There is always the candidate that leaves the twin as it is.
-    candidates.iter().min_by(least).map_or(&candidates[0].score, |candidate| &candidate.score)
-}
-
-/// Draws of the bootstrap over which the posterior is averaged.
-const DRAWS: usize = 200;
-
-/// Posterior probabilities of the candidates: likelihood times prior, averaged over a bootstrap of the
-/// held-out blocks, so that evidence resting on a few blocks counts less.
-fn posterior(found: &Found, before: &Score) -> Vec<f64> {
-    let candidates = &found.candidates;
-    let best = reference(candidates);
-    let stands: Vec<bool> = (0..candidates.len())
-        .map(|index| {
-            let mut laws = candidates[index].effects().iter().filter(|e| !e.supersedes().is_empty());
-            laws.all(|&law| found.is_needed(index, law)) && !found.is_refinement(index, before)
-        })
-        .collect();
-    let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
-    let mut sum = vec![0.0; candidates.len()];
-    for weights in bootstrap(best.blocks(), DRAWS) {
-        let merits: Vec<f64> = candidates
-            .iter()
-            .zip(&blocks)
-            .zip(&stands)
-            .map(|((candidate, block), stands)| {
-                if !stands {
-                    return f64::NEG_INFINITY;
-                }
-                let likelihood: f64 = block.iter().zip(&weights).map(|(l, w)| l * w).sum();
-                likelihood - price(candidate.effects()) - candidate.fit.strain()
-            })
-            .collect();
-        let most = merits.iter().copied().fold(f64::MIN, f64::max);
-        let total: f64 = merits.iter().map(|m| (m - most).exp()).sum();
-        for (sum, merit) in sum.iter_mut().zip(&merits) {
-            *sum += (merit - most).exp() / total;
-        }
-    }
-    sum.into_iter().map(|s| s / DRAWS as f64).collect()
 }

@@ -1,7 +1,9 @@
 //! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
 
 use super::check::Finding;
+use super::next_experiment::NextExperiment;
 use super::noise::Source;
+use super::prove::RigidBody;
 use super::shape::Shape;
 use super::visibility::NotExamined;
 use serde::Serialize;
@@ -125,6 +127,8 @@ pub struct Gap {
     pub closed_ci95: [f64; 2],
     /// What cross-validation inside the training runs predicted.
     pub predicted_closed: f64,
+    /// The same in the rigid-body scene; none without causes, and where the scene cannot be built.
+    pub rigid_body: Option<RigidBody>,
     /// Signal by signal.
     pub signals: Vec<SignalGap>,
 }
@@ -202,6 +206,21 @@ pub struct Data {
     pub note: Option<String>,
 }
 
+/// What a comparison stands on: the diagnosis of the reference recording, whose twin is the baseline.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Reference {
+    /// What the reference came to, against the machine file.
+    pub verdict: Verdict,
+    /// What the machine had when the reference was recorded; `twin` is what the machine file has.
+    pub causes: Vec<Cause>,
+    /// G of the machine file's twin on the reference's held-out runs.
+    pub gap_before: f64,
+    /// G of the baseline on them.
+    pub gap_after: f64,
+    /// The reference recording.
+    pub data: Data,
+}
+
 /// The whole diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Diagnosis {
@@ -229,14 +248,17 @@ pub struct Diagnosis {
     pub unexplained: f64,
     /// What the gap that stays open looks like, where it is more than noise.
     pub left: Option<Shape>,
-    /// The experiment that would settle an undecided question; not proposed yet.
-    pub next_experiment: Option<String>,
+    /// The experiment that would settle what these data leave open; none where nothing is open, or nothing settles it.
+    pub next_experiment: Option<NextExperiment>,
     /// Effects that the recorded signals cannot show.
     pub not_examined: Vec<NotExamined>,
     /// What was noticed in the data.
     pub checks: Vec<Finding>,
     /// What it stands on.
     pub data: Data,
+    /// In a comparison, the recording before: causes are then what changed since, and `twin` is the value before.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<Reference>,
     /// Version of this program.
     pub version: &'static str,
 }

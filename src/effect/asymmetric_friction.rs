@@ -65,6 +65,9 @@ impl Law for AsymmetricFriction {
         Parameter::viscous("viscous_negative_n_s_per_m", "viscous_negative_nm_s_per_rad"),
     ];
     const SUPERSEDES: &'static [EffectId] = &[EffectId::ViscousFriction, EffectId::CoulombFriction];
+    // Coulomb forces that differ are a constant force as well.
+    const STANDS_FOR: &'static [EffectId] =
+        &[EffectId::ViscousFriction, EffectId::CoulombFriction, EffectId::ConstantForce];
     const DOORS: &'static [Door] = &[Door::Resistance];
 
     fn fault(&self) -> Option<String> {

@@ -43,7 +43,8 @@ impl Law for Backlash {
 
     #[inline]
     fn transmit(&self, position: f64, memory: f64) -> f64 {
-        memory.clamp(position - 0.5 * self.width_m, position + 0.5 * self.width_m)
+        // Not `clamp`: a position that a diverged replay has lost must not stop the program.
+        memory.max(position - 0.5 * self.width_m).min(position + 0.5 * self.width_m)
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {

@@ -47,6 +47,11 @@ macro_rules! catalogue {
                         || self.supersedes().iter().any(|third| other.supersedes().contains(third)))
             }
 
+            /// See [`Law::STANDS_FOR`].
+            pub fn stands_for(self) -> &'static [EffectId] {
+                match self { $(Self::$law => <$law as Law>::STANDS_FOR,)+ }
+            }
+
             /// See [`Law::CUMULATIVE`].
             pub fn is_cumulative(self) -> bool {
                 match self { $(Self::$law => <$law as Law>::CUMULATIVE,)+ }

@@ -36,7 +36,6 @@ pub struct CoulombFriction {
 impl Law for CoulombFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "Coulomb friction";
-    const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
     const DOORS: &'static [Door] = &[Door::Resistance];
 
@@ -57,8 +56,9 @@ impl Law for CoulombFriction {
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let force = screen.four_coefficients().map_or(0.05 * screen.largest_force, |[_, _, sign, _]| -sign);
-        vec![vec![force.max(0.0)]]
+        let own = screen.constants.as_ref().map_or(0.0, |c| c.coulomb);
+        let found = screen.four_coefficients().map_or(0.05 * screen.largest_force, |[_, _, sign, _]| -sign);
+        vec![vec![(own + found).max(0.0)]]
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {

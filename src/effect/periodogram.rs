@@ -75,9 +75,9 @@ pub fn pitches(
     peaks.sort_by(|&a, &b| found[b].1.total_cmp(&found[a].1));
     // A pitch whose harmonic explains as much is that harmonic's, counted twice.
     let doubled = |k: usize| {
-        peaks.iter().any(|&j| {
-            (found[j].0 / found[k].0 - 2.0).abs() < SAME_PITCH && found[j].1 > AS_MUCH * found[k].1
-        })
+        peaks
+            .iter()
+            .any(|&j| (found[j].0 / found[k].0 - 2.0).abs() < SAME_PITCH && found[j].1 > AS_MUCH * found[k].1)
     };
     peaks
         .iter()

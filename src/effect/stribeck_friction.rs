@@ -48,9 +48,8 @@ impl Law for StribeckFriction {
             .or_else(|| negative("stiction_n", self.stiction_n))
             .or_else(|| not_positive("stribeck_velocity_m_per_s", self.stribeck_velocity_m_per_s))
             .or_else(|| {
-                (self.stiction_n < self.coulomb_n).then(|| {
-                    format!("stiction_n = {} below coulomb_n = {}", self.stiction_n, self.coulomb_n)
-                })
+                (self.stiction_n < self.coulomb_n)
+                    .then(|| format!("stiction_n = {} below coulomb_n = {}", self.stiction_n, self.coulomb_n))
             })
     }
 

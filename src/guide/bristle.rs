@@ -47,7 +47,8 @@ impl Bristle {
         let target = |mean: f64| half * (coast.velocity + coast.free_velocity + coast.mobility * mean);
         // The root lies between the displacements under the extreme mean forces.
         let (mut low, mut high) = (target(-self.force), target(self.force));
-        let mut travel = target(begun).clamp(low, high);
+        // Not `clamp`: a replay that has diverged to infinity must come out as such, not stop the program.
+        let mut travel = target(begun).max(low).min(high);
         for _ in 0..MOST_ITERATIONS {
             let (mean, slope) = self.mean(begun, travel);
             let excess = travel - target(mean);
@@ -105,6 +106,16 @@ mod tests {
         let (_, end) = bristle.step(3.0, coast, step);
         let expected = -8.0 + 11.0 * (-2e6 * velocity * step / 8.0_f64).exp();
         assert!((end - expected).abs() < 1e-9, "{end} against {expected}");
+    }
+
+    /// A fit may try values with which the replay diverges: the program goes on.
+    #[test]
+    fn exact_a_diverged_axis_is_no_panic() {
+        let bristle = Bristle { force: 8.0, stiffness: 2e6 };
+        for velocity in [f64::INFINITY, f64::NAN] {
+            let coast = Coast { velocity, free_velocity: -velocity, mobility: 1e-5 };
+            let _ = bristle.step(3.0, coast, 1e-3);
+        }
     }
 
     /// A push below the friction force deflects the bristles by an amount that holds it: the axis stops.

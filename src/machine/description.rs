@@ -1,6 +1,6 @@
 //! What a machine file says.
 
-use super::Tolerance;
+use super::{Provenance, Tolerance};
 use crate::base::Mode;
 use crate::controller::Controller;
 use crate::drive::amplifier::Amplifier;
@@ -26,7 +26,7 @@ pub struct Description {
     pub joint: Option<String>,
     /// Sample period of the controller in s.
     pub sample_period_s: f64,
-    /// How references are shaped when strokes are replayed.
+    /// How references come about and when the controller acts on them.
     #[serde(default)]
     pub reference: ReferenceGenerator,
     /// The control law; absent where it is not known.
@@ -57,6 +57,9 @@ pub struct Description {
     /// Effects that the twin already has, a table per effect.
     #[serde(default)]
     pub effect: Effects,
+    /// Diagnoses that wrote values into this file, the newest last; nothing that the twin reads.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub provenance: Vec<Provenance>,
 }
 
 /// The machine base.
@@ -67,17 +70,20 @@ pub struct Base {
     pub mode: Vec<Mode>,
 }
 
-/// How the controller shapes a stroke into a position reference: trapezoidal velocity.
+/// How the controller shapes a stroke into a position reference (trapezoidal velocity), and when it acts on one.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, default)]
 pub struct ReferenceGenerator {
     /// Time from rest to the commanded feed, in s.
     pub acceleration_time_s: f64,
+    /// Time from a reference, as it is recorded, to the controller acting on it, in s; see
+    /// [`ReferenceDelay`](crate::controller::ReferenceDelay).
+    pub delay_s: f64,
 }
 
 impl Default for ReferenceGenerator {
     fn default() -> Self {
-        Self { acceleration_time_s: 0.02 }
+        Self { acceleration_time_s: 0.02, delay_s: 0.0 }
     }
 }
 
@@ -89,6 +95,7 @@ impl Description {
     pub fn check(&self) -> Result<()> {
         positive("sample_period_s", self.sample_period_s)?;
         zero_or_more("reference.acceleration_time_s", self.reference.acceleration_time_s)?;
+        zero_or_more("reference.delay_s", self.reference.delay_s)?;
         self.check_controller()?;
         self.check_drive()?;
         zero_or_more("guide.viscous_n_s_per_m", self.guide.viscous_n_s_per_m)?;

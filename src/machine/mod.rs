@@ -4,10 +4,14 @@
 //! source of every number. A new machine is a new folder; nothing in this crate knows one by name.
 
 mod description;
+mod file_text;
 mod key_path;
+pub mod provenance;
 mod tolerance;
+mod write;
 
 pub use description::{Base, Description, ReferenceGenerator};
+pub use provenance::Provenance;
 pub use tolerance::Tolerance;
 
 use crate::base::Modes;

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::columns::ColumnMap;
 use super::document::{Document, Step};
+use super::range::TimeRange;
 use super::run::Role;
 use super::spelling;
 use crate::error::{Error, ErrorKind, Result};
@@ -17,7 +18,7 @@ pub(super) const FILE_NAME: &str = "recording.toml";
 pub(super) const DATA_VARIABLE: &str = "SLIDEWAY_DATA";
 
 const KEYS: [&str; 7] = ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
-const RUN_KEYS: [&str; 6] = ["file", "name", "role", "set", "columns", "extra_columns"];
+const RUN_KEYS: [&str; 8] = ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
 
 /// One `[[run]]`.
 #[derive(Debug)]
@@ -30,6 +31,7 @@ pub(super) struct RunEntry {
     pub(super) metadata: toml::Table,
     pub(super) columns: ColumnMap,
     pub(super) extra_columns: Vec<String>,
+    pub(super) range: TimeRange,
 }
 
 /// A read and checked `recording.toml`; paths are resolved.
@@ -178,7 +180,8 @@ fn read_run(
     let metadata = table.iter().filter(|(key, _)| !RUN_KEYS.contains(&key.as_str()));
     let metadata = metadata.map(|(key, value)| (key.clone(), value.clone())).collect();
     let extra_columns = read_extra_columns(document, &at("extra_columns"), table)?;
-    Ok(RunEntry { index, name, file: path, role, settings, metadata, columns, extra_columns })
+    let range = TimeRange::read(document, &base, table)?;
+    Ok(RunEntry { index, name, file: path, role, settings, metadata, columns, extra_columns, range })
 }
 
 fn read_extra_columns(document: &Document, steps: &[Step<'_>], table: &toml::Table) -> Result<Vec<String>> {

@@ -14,6 +14,8 @@
 //! role = "held_out"                      # or "training"; optional
 //! set = { "controller.integral" = 22 }   # machine settings in force in this run, by key path
 //! extra_columns = ["slider_a_n"]         # columns kept beside the signals, as they stand in the file
+//! from_s = 0.5                           # only the samples with from_s ≤ time < to_s; both optional
+//! to_s = 8.0
 //! stroke_m = 0.02                        # further keys are metadata
 //!
 //! [columns]                              # only where a name or a unit differs; a [[run]] may have its own
@@ -21,6 +23,10 @@
 //! current_a = "motor current"
 //! control_effort_v = { column = "dac", unit = 3.05e-4, scale = -1, offset = 0.01 }
 //! ```
+//! A run's `set` says what is known of the machine in this run alone: gains, or a weight bolted on as
+//! `{ "effect.payload.mass_kg" = 5.0 }`. Where a diagnosis fits the same number of an effect, the run's difference to
+//! the machine file comes on top of the fitted value.
+//!
 //! A reading becomes SI as `reading · unit · scale + offset`; a unit may be a number, in SI units per count.
 //!
 //! Rows are counted as an editor does: the header of a CSV file is row 1 (comment lines above it are not
@@ -32,6 +38,7 @@ mod document;
 mod manifest;
 mod parquet_table;
 mod plausibility;
+mod range;
 mod read;
 mod resolve;
 mod run;
@@ -52,6 +59,7 @@ pub use run::{Role, Run};
 pub use signal::{Signal, TIME_KEY};
 pub use split::{HeldOutRuns, SplitRule, TrainingRuns};
 pub use timing::{PeriodSource, Timing};
+pub(crate) use write::swap_in;
 pub use write::{Existing, Format};
 
 use crate::error::{Error, ErrorKind, Result};

@@ -153,18 +153,26 @@ impl Reading {
         }
         let mut columns = table.columns(&places)?;
         let mut conversions = Vec::new();
-        let (mut timing, mut start_s) = (None, 0.0);
-        if let Some(source) = &resolved.time
-            && let Some(mut time_s) = columns.values.pop()
-        {
-            source.convert(&mut time_s);
-            conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
-            start_s = time_s.first().copied().unwrap_or_default();
-            timing = Some(
-                Timing::of_column(&time_s, manifest.sample_period_s, columns.first_row)
-                    .map_err(|error| error.key(source.column.clone()))?,
-            );
-        }
+        let declared = manifest.sample_period_s;
+        let time = resolved.time.as_ref().and_then(|source| Some((source, columns.values.pop()?)));
+        let (timing, start_s) = match time {
+            Some((source, mut time_s)) => {
+                source.convert(&mut time_s);
+                conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
+                let used = entry.range.of(time_s.len(), |k| time_s[k])?;
+                columns.cut(used.clone());
+                let timing = Timing::of_column(&time_s[used.clone()], declared, columns.first_row)
+                    .map_err(|error| error.key(source.column.clone()))?;
+                (timing, time_s.get(used.start).copied().unwrap_or_default())
+            }
+            None => {
+                let period = declared.unwrap_or_default();
+                let count = columns.values.first().map_or(0, Vec::len);
+                let used = entry.range.of(count, |k| k as f64 * period)?;
+                columns.cut(used.clone());
+                (Timing::declared(period), used.start as f64 * period)
+            }
+        };
         let extra = columns.values.split_off(resolved.signals.len());
         let extra_columns = entry.extra_columns.iter().cloned().zip(extra).collect();
         let mut signals = BTreeMap::new();
@@ -179,7 +187,7 @@ impl Reading {
             motion: resolved.motion,
             signals,
             extra_columns,
-            timing: timing.unwrap_or_else(|| Timing::declared(manifest.sample_period_s.unwrap_or_default())),
+            timing,
             start_s,
             sha256: columns.sha256,
             ignored_columns: resolved.ignored,

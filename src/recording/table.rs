@@ -1,5 +1,6 @@
 //! A table file, CSV or Parquet: column names first, then the columns that are wanted.
 
+use std::ops::Range;
 use std::path::Path;
 
 use super::csv_table::CsvTable;
@@ -15,6 +16,17 @@ pub(super) struct Columns {
     pub(super) values: Vec<Vec<f64>>,
     /// SHA-256 of the file.
     pub(super) sha256: String,
+}
+
+impl Columns {
+    /// Keeps these samples only; rows are still counted as in the file.
+    pub(super) fn cut(&mut self, samples: Range<usize>) {
+        for column in &mut self.values {
+            column.truncate(samples.end);
+            column.drain(..samples.start.min(column.len()));
+        }
+        self.first_row += samples.start as u64;
+    }
 }
 
 /// A table file whose header has been read.

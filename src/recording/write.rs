@@ -195,7 +195,7 @@ fn own_files(folder: &Path) -> Result<Vec<String>> {
 }
 
 /// Moves the finished folder into place; what stood there is put back if that fails.
-fn swap_in(folder: &Path, fresh: &Path, build: tempfile::TempDir) -> Result<()> {
+pub(crate) fn swap_in(folder: &Path, fresh: &Path, build: tempfile::TempDir) -> Result<()> {
     let old = &build.path().join("old");
     let failed = |error: std::io::Error| Error::io(folder, &error);
     let stood = folder.exists();
@@ -206,7 +206,7 @@ fn swap_in(folder: &Path, fresh: &Path, build: tempfile::TempDir) -> Result<()> 
     if stood && std::fs::rename(old, folder).is_err() {
         let kept = build.keep();
         return Err(
-            failed(error).remedy(format!("the former recording is kept in {}", kept.join("old").display()))
+            failed(error).remedy(format!("the former folder is kept in {}", kept.join("old").display()))
         );
     }
     Err(failed(error))

@@ -91,6 +91,17 @@ fn summary(diagnosis: &Diagnosis, style: Style) -> String {
             percent(gap.predicted_closed)
         );
         out += &line("closed", &closed);
+        if let Some(scene) = &gap.rigid_body {
+            let text = format!(
+                "{} closed in the rigid-body scene ({} → {} × noise, {} of {} held-out runs)",
+                percent(scene.closed),
+                plain(scene.before),
+                plain(scene.after),
+                scene.runs.len(),
+                diagnosis.data.held_out.len()
+            );
+            out += &line("rigid body", &text);
+        }
         out += &line("unexplained", &percent(diagnosis.unexplained));
         if let Some(left) = &diagnosis.left {
             out += &line("", &left.sentence);
@@ -105,6 +116,7 @@ fn noise_sources(signals: &[SignalGap]) -> String {
         (Source::Repeats, "from repeated runs"),
         (Source::Dwell, "from standstill"),
         (Source::Declared, "from the sensors as the machine file states them, through the loop"),
+        (Source::Reference, "from what the twin leaves of the reference"),
         (Source::Assumed, "nothing to go by, 10⁻⁴ of the signal assumed"),
     ];
     let parts: Vec<String> = sources

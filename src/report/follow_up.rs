@@ -119,9 +119,14 @@ fn runs_text(runs: &[&str], count: usize) -> Option<String> {
 /// What to do now.
 pub(super) fn next(diagnosis: &Diagnosis, style: Style) -> String {
     let mut out = style.heading("NEXT", "");
+    let compares = diagnosis.reference.is_some();
     let words = match diagnosis.verdict {
+        Verdict::NoGap if compares => "Nothing to repair: the machine is as it was.",
         Verdict::NoGap => "Nothing to add: on runs like these the twin stands in for the machine.",
         Verdict::Cause if diagnosis.causes.is_empty() => "",
+        Verdict::Cause if compares => {
+            "Repair or set back what changed. For a twin of the machine as it is now, diagnose the recording alone."
+        }
         Verdict::Cause => "Give the twin what it lacks, in machine.toml, and diagnose again:",
         Verdict::Undecided => {
             "Nothing to put into machine.toml yet: record a run in which the rivals differ, or strike those \
@@ -133,12 +138,17 @@ pub(super) fn next(diagnosis: &Diagnosis, style: Style) -> String {
         }
     };
     out += &paragraph(words, style);
-    if diagnosis.verdict == Verdict::Cause && !diagnosis.causes.is_empty() {
+    if diagnosis.verdict == Verdict::Cause && !diagnosis.causes.is_empty() && !compares {
         out += "\n";
         out += &snippet(diagnosis);
     }
     if let Some(experiment) = &diagnosis.next_experiment {
-        out += &paragraph(&format!("Next experiment: {experiment}"), style);
+        out += "\n";
+        out += &paragraph(&format!("Next experiment: {}", experiment.sentence), style);
+        // Lines that can be pasted as they stand.
+        let lines = wrap(&experiment.command, style.width - columns(INDENT) - 2);
+        let rows: Vec<String> = lines.iter().map(|line| format!("{INDENT}{line}")).collect();
+        out += &format!("\n{}\n", rows.join(" \\\n"));
     }
     out
 }

@@ -1,8 +1,9 @@
 //! Reports of a diagnosis for people: the same numbers as in its JSON, in the order in which a servo engineer asks.
 //!
-//! What are the data → what is it → where does it lie → which effect → how far does the gap shrink → what was
+//! What are the data → what is it → (in a comparison) what changed → where does it lie → which effect → how far does the gap shrink → what was
 //! calibrated, what was noticed in the data → what next.
 
+mod changes;
 mod extent;
 pub mod figure;
 mod follow_up;

@@ -50,7 +50,8 @@ fn engineering_unit(value: f64, si_unit: &str) -> (f64, String) {
     let number: f64 = digits.parse().unwrap_or(1.0);
     let decades = if number == 0.0 { 0.0 } else { (value / number).abs().log10().round() };
     if value == 0.0 || !decades.is_finite() {
-        return (1.0, si_unit.to_owned());
+        let pure = si_unit == "1";
+        return (1.0, if pure { String::new() } else { si_unit.to_owned() });
     }
     (10f64.powi(decades as i32), symbol.to_owned())
 }

@@ -1,5 +1,6 @@
 //! The verdict as a sentence, with numbers and units.
 
+use super::changes;
 use super::number::{percent, plain, probability, twin, value, with_interval};
 use super::place::{banded, named, top};
 use crate::diagnose::Verdict;
@@ -9,7 +10,7 @@ use crate::recording::Signal;
 use crate::units::Motion;
 
 /// From this gap on, what remains behind the named causes is worth a sentence.
-const REMAINS: f64 = 1.5;
+pub(super) const REMAINS: f64 = 1.5;
 /// A calibration that moved the gap by this much had a part in the result.
 const CALIBRATED: f64 = 0.05;
 /// An explanation with this share of the best one's probability is a rival.
@@ -18,7 +19,12 @@ const RIVAL: f64 = 0.05;
 const RIVALS: usize = 4;
 
 /// The verdict in a sentence, with numbers in engineering units; a second one where a gap remains behind the causes.
+///
+/// In a comparison, the sentence says what changed since the reference recording.
 pub fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
+    if let Some(text) = changes::sentence(diagnosis) {
+        return text;
+    }
     match diagnosis.verdict {
         Verdict::NoGap => no_gap(diagnosis),
         Verdict::Cause => cause(diagnosis, motion),
@@ -42,7 +48,7 @@ pub(super) fn together(effects: &[String]) -> String {
 }
 
 /// "multiples of noise".
-fn times_noise(gap: f64) -> String {
+pub(super) fn times_noise(gap: f64) -> String {
     format!("{} × noise", plain(gap))
 }
 
@@ -134,7 +140,7 @@ fn without_unit(key: &str) -> &str {
 }
 
 /// "Coulomb friction on the guide, 15.0 ± 0.3 N".
-fn described(cause: &Cause) -> String {
+pub(super) fn described(cause: &Cause) -> String {
     let at = if cause.site == "guide" { "on" } else { "in" };
     let alone = cause.parameters.len() == 1;
     let parameters: Vec<String> = cause

@@ -1,7 +1,7 @@
 //! The report on a terminal.
 
 use super::layout::{Ink, labelled, paragraph};
-use super::{extent, follow_up, place, sentence, which};
+use super::{changes, extent, follow_up, place, sentence, which};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::Diagnosis;
 use crate::units::Motion;
@@ -27,7 +27,7 @@ const NARROWEST: usize = 80;
 /// Width of the labels at the head.
 const LABEL: usize = 8;
 
-/// A diagnosis of an axis of this motion as text: data, verdict, where, which, how far, calibration, remarks,
+/// A diagnosis of an axis of this motion as text: data, verdict, what changed, where, which, how far, calibration, remarks,
 /// next step.
 ///
 /// # Design
@@ -38,6 +38,7 @@ pub fn terminal(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
     let sections = [
         head(diagnosis, style),
         verdict(diagnosis, motion, style),
+        changes::section(diagnosis, style),
         place::section(diagnosis, motion, style),
         which::section(diagnosis, style),
         extent::section(diagnosis, motion, style),

@@ -61,7 +61,7 @@ impl VelocityEstimate {
     pub fn fault(&self) -> Option<String> {
         match self {
             Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. }
-                if !(*time_constant_s >= 0.0) =>
+                if time_constant_s.is_nan() || *time_constant_s < 0.0 =>
             {
                 Some(format!("time_constant_s = {time_constant_s}, expected zero or more"))
             }

@@ -205,7 +205,7 @@ impl<'a> LinkReader<'a> {
     }
 
     fn mesh(&mut self, filename: &str, scale: Vector3<f64>) -> Result<Shape> {
-        let path = self.mesh_path(filename)?;
+        let path = mesh_path(self.urdf_path, filename)?;
         let key = (path.clone(), [scale.x, scale.y, scale.z].map(f64::to_bits));
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(Shape::Mesh { path, mesh: Arc::clone(mesh) });
@@ -217,32 +217,33 @@ impl<'a> LinkReader<'a> {
         self.meshes.insert(key, Arc::clone(&mesh));
         Ok(Shape::Mesh { path, mesh })
     }
+}
 
-    fn mesh_path(&self, filename: &str) -> Result<PathBuf> {
-        let folder = self.urdf_path.parent().unwrap_or(Path::new(""));
-        let (candidates, written) = match filename.strip_prefix("package://") {
-            Some(rest) => {
-                let inside = rest.split_once('/').map_or(rest, |(_, inside)| inside);
-                (vec![folder.join(inside), folder.join("..").join(inside)], true)
-            }
-            None => (vec![folder.join(filename.strip_prefix("file://").unwrap_or(filename))], false),
-        };
-        if let Some(path) = candidates.iter().find(|path| path.is_file()) {
-            return Ok(path.clone());
+/// The file that a mesh's name in the URDF stands for.
+pub(super) fn mesh_path(urdf_path: &Path, filename: &str) -> Result<PathBuf> {
+    let folder = urdf_path.parent().unwrap_or(Path::new(""));
+    let (candidates, written) = match filename.strip_prefix("package://") {
+        Some(rest) => {
+            let inside = rest.split_once('/').map_or(rest, |(_, inside)| inside);
+            (vec![folder.join(inside), folder.join("..").join(inside)], true)
         }
-        let error = Error::new(ErrorKind::Missing)
-            .file(self.urdf_path)
-            .found(format!("mesh \"{filename}\", which does not exist"));
-        Err(if written {
-            error
-                .expected("the file in the URDF's folder or the one above (packages are not searched for)")
-                .remedy("write the mesh's path relative to the URDF")
-        } else {
-            error
-                .expected(format!("a file at {}", candidates[0].display()))
-                .remedy("correct the path (it is relative to the URDF) or add the mesh")
-        })
+        None => (vec![folder.join(filename.strip_prefix("file://").unwrap_or(filename))], false),
+    };
+    if let Some(path) = candidates.iter().find(|path| path.is_file()) {
+        return Ok(path.clone());
     }
+    let error = Error::new(ErrorKind::Missing)
+        .file(urdf_path)
+        .found(format!("mesh \"{filename}\", which does not exist"));
+    Err(if written {
+        error
+            .expected("the file in the URDF's folder or the one above (packages are not searched for)")
+            .remedy("write the mesh's path relative to the URDF")
+    } else {
+        error
+            .expected(format!("a file at {}", candidates[0].display()))
+            .remedy("correct the path (it is relative to the URDF) or add the mesh")
+    })
 }
 
 fn inertial(inertial: &urdf_rs::Inertial, link: &str) -> Result<MassProperties> {

@@ -6,6 +6,7 @@
 //! Frames: the base body's frame is that of the URDF's root link; the moving body's frame is that of
 //! the moving joint's child link, which coincides with the joint frame at joint position zero.
 
+mod files;
 mod import;
 pub mod mass;
 pub mod mesh;

@@ -29,9 +29,11 @@ fn ladder(si_unit: &str) -> &'static [(f64, &'static str)] {
 /// assert_eq!(engineering(1.13e-4, "m"), "113 µm");
 /// assert_eq!(engineering(-0.0123, "m/s"), "-12.3 mm/s");
 /// assert_eq!(engineering(203.5034, "N·s/m"), "204 N·s/m");
+/// assert_eq!(engineering(0.979, "1"), "0.979"); // a pure number
 /// ```
 pub fn engineering(value: f64, si_unit: &str) -> String {
     let rounded = three_digits(value);
+    let si_unit = if si_unit == "1" { "" } else { si_unit };
     if rounded == 0.0 || !rounded.is_finite() {
         return format!("{rounded} {si_unit}").trim_end().to_owned();
     }

@@ -1,7 +1,7 @@
 //! Residuals of single stretches of the signal path, from measured input to measured output.
 
-use crate::diagnose::experiment::Experiment;
 use crate::controller::Input;
+use crate::diagnose::experiment::Experiment;
 use crate::drive::amplifier::SplitDelay;
 use crate::drive::motor::CircuitStep;
 use crate::effect::Constants;

@@ -1,0 +1,132 @@
+//! Two recordings of one machine, before and after: what changed between them.
+
+use super::verdict::{Cause, Diagnosis, Parameter, Reference};
+use super::{Options, diagnose, diagnose_beside};
+use crate::error::{Error, Result};
+use crate::machine::Machine;
+use crate::recording::{Recording, Signal};
+use std::collections::BTreeMap;
+
+/// The reference is diagnosed again with what was found in the twin, at most so often: the largest effects hide the
+/// smaller ones.
+const PASSES: usize = 3;
+
+/// Diagnoses `recording` against the twin of the machine as it was when `reference` was recorded.
+///
+/// # Model
+/// The machine's twin is given everything that a diagnosis of the reference finds, causes and calibration, until nothing
+/// more is named; that twin is the baseline. The recording is then diagnosed against it: its causes are what
+/// *changed*, and the `twin` value of each parameter is the value before. An effect that the baseline has already is
+/// free inside `tolerance.effect` as calibration and may be named as a cause beyond it, like any other constant.
+///
+/// What the baseline leaves of the reference's own held-out runs is no change either: it is taken into the noise of
+/// each signal, so that the gap of an unchanged machine is 1.
+///
+/// # Validity
+/// Both recordings are of one machine; settings that differ between them (`set` of their runs) are known, not found.
+/// What neither the reference nor the recording tells of the machine stays as its file states it.
+///
+/// # Errors
+/// What [`diagnose`] refuses, of either recording.
+pub fn compare(
+    machine: &Machine,
+    reference: &Recording,
+    recording: &Recording,
+    options: &Options,
+) -> Result<Diagnosis> {
+    let named = |error: Error| match reference.path.as_os_str().is_empty() {
+        true => error,
+        false => error.file(&reference.path),
+    };
+    let Baseline { machine: baseline, left, reference } =
+        Baseline::of(machine, reference, options).map_err(named)?;
+    let mut change = diagnose_beside(&baseline, recording, options, left)?;
+    change.reference = Some(reference);
+    Ok(change)
+}
+
+/// The machine as it was when the reference was recorded.
+struct Baseline {
+    machine: Machine,
+    /// What its twin leaves of each signal of the reference's held-out runs, RMS in SI.
+    left: BTreeMap<Signal, f64>,
+    reference: Reference,
+}
+
+impl Baseline {
+    fn of(machine: &Machine, reference: &Recording, options: &Options) -> Result<Self> {
+        let mut last = diagnose(machine, reference, options)?;
+        let mut baseline = last.improved(machine)?;
+        let mut known = Reference {
+            verdict: last.verdict,
+            causes: last.causes.clone(),
+            gap_before: last.gap.before,
+            gap_after: last.gap.after,
+            data: last.data.clone(),
+        };
+        for _ in 1..PASSES {
+            if last.causes.is_empty() || last.refinements.is_empty() {
+                break;
+            }
+            last = diagnose(&baseline, reference, options)?;
+            baseline = last.improved(&baseline)?;
+            known.learn(&last);
+        }
+        let signals = last.gap.signals.iter();
+        let left = signals.filter_map(|gap| Some((Signal::from_key(&gap.signal)?.0, gap.rms_after)));
+        Ok(Self { machine: baseline, left: left.collect(), reference: known })
+    }
+}
+
+impl Reference {
+    /// Takes over what a further pass has found: the causes it names, with the twin's value of the first pass, and the
+    /// calibration of those named before.
+    fn learn(&mut self, pass: &Diagnosis) {
+        self.gap_after = pass.gap.after;
+        for calibration in &pass.calibration {
+            let named = self.causes.iter_mut().flat_map(|cause| {
+                let effect = cause.effect.clone();
+                cause.parameters.iter_mut().map(move |(key, p)| (format!("effect.{effect}.{key}"), p))
+            });
+            let same = named.filter(|(path, _)| *path == calibration.path);
+            same.for_each(|(_, parameter)| renew(parameter, &calibration.parameter));
+        }
+        let opened = |gap: f64| (gap * gap - 1.0).max(0.0);
+        let share = opened(pass.gap.before) / opened(self.gap_before).max(f64::MIN_POSITIVE);
+        for cause in &pass.causes {
+            let closes = cause.closes * share.min(1.0);
+            match self.causes.iter_mut().find(|known| known.effect == cause.effect) {
+                None => self.causes.push(Cause { closes, ..cause.clone() }),
+                Some(known) => {
+                    known.closes += closes;
+                    for (key, parameter) in &cause.parameters {
+                        match known.parameters.get_mut(key) {
+                            Some(own) => renew(own, parameter),
+                            None => drop(known.parameters.insert(key.clone(), parameter.clone())),
+                        }
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// A later estimate in the place of an earlier one; what the machine file has stays.
+fn renew(parameter: &mut Parameter, later: &Parameter) {
+    *parameter = Parameter { twin: parameter.twin, ..later.clone() };
+}
+
+impl Diagnosis {
+    /// The machine with the causes and the calibration of its diagnosis; where nothing is named, calibration alone.
+    ///
+    /// # Errors
+    /// A value that the machine's description refuses.
+    pub fn improved(&self, machine: &Machine) -> Result<Machine> {
+        let causes = self.causes.iter().flat_map(|cause| {
+            cause.parameters.iter().map(|(key, p)| (format!("effect.{}.{key}", cause.effect), p.value))
+        });
+        let calibration = self.calibration.iter().map(|c| (c.path.clone(), c.parameter.value));
+        let settings: Vec<(String, f64)> = causes.chain(calibration).collect();
+        machine.with_settings(settings.iter().map(|(path, value)| (path.as_str(), (*value).into())))
+    }
+}

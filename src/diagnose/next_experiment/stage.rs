@@ -1,0 +1,160 @@
+//! One run on which rivals are compared: recorded, or simulated as it would be recorded.
+
+use super::plan::Plan;
+use crate::diagnose::experiment::{Experiment, trace};
+use crate::diagnose::fit::Fit;
+use crate::diagnose::noise::Floor;
+use crate::effect::EffectId;
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::recording::{Run, Signal};
+use crate::replay::recording::recorded;
+use crate::replay::{PlantChoice, simulate};
+use crate::twin::Sensing;
+use nalgebra::DVector;
+use std::collections::BTreeMap;
+
+/// A sensor that nobody has bought yet errs by this share of what it measures.
+const SENSOR_ERROR: f64 = 0.01;
+
+/// Key path of the mass that an operator can bolt on.
+pub(super) fn payload_path(machine: &Machine) -> String {
+    let parameter = &EffectId::Payload.parameters()[0];
+    format!("effect.{}.{}", EffectId::Payload.name(), parameter.key(machine.motion()))
+}
+
+/// What the setting of the payload has to be for a known mass more than the machine has.
+pub(super) fn payload(machine: &Machine, added: f64) -> f64 {
+    let path = payload_path(machine);
+    let stated = machine.stated_before(&path).unwrap_or_else(|| machine.number(&path));
+    stated.unwrap_or(0.0) + added
+}
+
+/// How residuals are counted in a log-likelihood.
+pub(super) struct Measure<'a> {
+    /// Noise floor of the recording.
+    pub(super) floor: &'a Floor,
+    /// What a squared normalised residual of a signal counts.
+    pub(super) deflation: &'a dyn Fn(Signal) -> f64,
+    /// Signals that the recording has, in signal-path order.
+    pub(super) logged: &'a [Signal],
+}
+
+/// A run with the weight of each sample of each of its signals.
+pub(super) struct Stage {
+    experiment: Experiment,
+    /// √weight/σ of each sample.
+    channels: Vec<(Signal, Vec<f64>)>,
+}
+
+impl Stage {
+    /// A recorded run.
+    pub(super) fn recorded(experiment: &Experiment, measure: &Measure) -> Self {
+        let channels = measure.logged.iter().map(|&signal| {
+            let sigma = measure.floor.sigma(signal);
+            let sigmas = profiled(measure.floor, experiment, signal, |wider| sigma * wider);
+            (signal, measure.scales(signal, measure.logged.len(), &sigmas))
+        });
+        Self { experiment: experiment.clone(), channels: channels.collect() }
+    }
+
+    /// The first run of a plan as the machine that `truth` says would be recorded, with one signal more where `extra`
+    /// names it. None where the axis would need more effort than it has.
+    ///
+    /// # Errors
+    /// What a replay refuses: a stroke beyond the joint's limits, say.
+    pub(super) fn planned(
+        plan: &Plan,
+        base: &Machine,
+        truth: &Fit,
+        extra: Option<Signal>,
+        settings: &BTreeMap<String, toml::Value>,
+        measure: &Measure,
+    ) -> Result<Option<Self>> {
+        let reference = plan.references(base).swap_remove(0);
+        let mut settings = settings.clone();
+        if let Some(mass) = plan.added_mass {
+            settings.insert(payload_path(base), payload(base, mass).into());
+        }
+        let named = |mut run: Run| {
+            run.settings.clone_from(&settings);
+            Experiment::new(&run, base)
+        };
+        // The settings of a run are the experiment's business: a run without content asks it for the machine.
+        let still = [Signal::PositionReference, Signal::Position].map(|signal| (signal, reference.clone()));
+        let period_s = base.description().sample_period_s;
+        let still = Run::new("planned", base.motion(), period_s, still.into_iter().collect())?;
+        let real = named(still)?.machine(&truth.machine(base)?)?;
+        let traces = simulate(&real, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ())?;
+        let limit = base.solid().joint.effort;
+        if traces.thrust.iter().any(|thrust| !thrust.is_finite() || thrust.abs() > limit) {
+            return Ok(None);
+        }
+        let experiment = named(recorded("planned", base, &reference, traces)?)?;
+        let own = Floor::estimate(&truth.machine(base)?, &[&experiment])?;
+        let signals: Vec<Signal> = measure.logged.iter().copied().chain(extra).collect();
+        let channels = signals.iter().map(|&signal| {
+            let level = own.sigma(signal);
+            let least = if Some(signal) != extra {
+                measure.floor.sigma(signal)
+            } else if matches!(signal, Signal::Position | Signal::LoadPosition) {
+                0.0 // its noise is stated, or that of the encoder
+            } else {
+                SENSOR_ERROR * root_mean_square(experiment.run().signal(signal).unwrap_or_default())
+            };
+            // The noise of the loop in this motion, and at least that of the recording.
+            let sigmas = profiled(&own, &experiment, signal, |wider| (level * wider).max(least));
+            (signal, measure.scales(signal, signals.len(), &sigmas))
+        });
+        let channels = channels.collect();
+        Ok(Some(Self { experiment, channels }))
+    }
+
+    /// What a hypothesis predicts, all signals one after the other in weighted units of noise; its squared distance to
+    /// another prediction is twice a difference of log-likelihood.
+    ///
+    /// # Errors
+    /// Values that the machine's description refuses.
+    pub(super) fn image(&self, base: &Machine, fit: &Fit, values: &[f64]) -> Result<DVector<f64>> {
+        let machine = fit.hypothesis.machine(base, values)?;
+        let predicted = self.experiment.predict(&machine, Sensing::Perfect)?;
+        let mut image = Vec::with_capacity(self.channels.len() * self.experiment.samples());
+        for (signal, scales) in &self.channels {
+            image.extend(trace(&predicted, *signal).iter().zip(scales).map(|(value, scale)| value * scale));
+        }
+        Ok(DVector::from_vec(image))
+    }
+
+    /// Sum of squares of each signal in a difference of images.
+    pub(super) fn shares(&self, difference: &DVector<f64>) -> Vec<(Signal, f64)> {
+        let samples = self.experiment.samples();
+        let parts = self.channels.iter().enumerate();
+        parts
+            .map(|(k, (signal, _))| (*signal, difference.rows(k * samples, samples).norm_squared()))
+            .collect()
+    }
+}
+
+impl Measure<'_> {
+    fn scales(&self, signal: Signal, signals: usize, sigmas: &[f64]) -> Vec<f64> {
+        // What is not logged yet is taken to be as correlated as the most correlated signal that is.
+        let deflation = if self.logged.contains(&signal) {
+            (self.deflation)(signal)
+        } else {
+            self.logged.iter().map(|s| (self.deflation)(*s)).fold(1.0, f64::min)
+        };
+        let weight = (deflation / signals as f64).sqrt();
+        sigmas.iter().map(|sigma| weight / sigma).collect()
+    }
+}
+
+fn profiled(floor: &Floor, experiment: &Experiment, signal: Signal, sigma: impl Fn(f64) -> f64) -> Vec<f64> {
+    match floor.profile(experiment, signal) {
+        Some(profile) => profile.iter().map(|wider| sigma(*wider)).collect(),
+        None => vec![sigma(1.0); experiment.samples()],
+    }
+}
+
+fn root_mean_square(samples: &[f64]) -> f64 {
+    (samples.iter().map(|x| x * x).sum::<f64>() / samples.len().max(1) as f64).sqrt()
+}

@@ -1,0 +1,165 @@
+//! Writing a machine as a folder of its own: all of it, or nothing.
+
+use super::Machine;
+use super::file_text::file_text;
+use super::provenance::Provenance;
+use crate::error::{Error, ErrorKind, Result};
+use crate::recording::swap_in;
+use std::path::{Component, Path, PathBuf};
+
+/// The machine file of a machine folder.
+const FILE_NAME: &str = "machine.toml";
+/// The file with the sources of the numbers, where there is one.
+const README: &str = "README.md";
+
+impl Machine {
+    /// Writes the machine as a folder: `machine.toml` with the settings in force and one entry of provenance more,
+    /// the URDF and the meshes that it names, and the README beside the machine file.
+    ///
+    /// Comments of the machine file are kept where its values can be changed in their places. The folder is built
+    /// beside its place and renamed into it, so that a half-written machine is never seen.
+    ///
+    /// # Errors
+    /// A folder that [`Machine::check_place`] refuses, a mesh outside the machine's folder, or whatever the file
+    /// system refuses.
+    pub fn write(&self, folder: &Path, provenance: Provenance) -> Result<()> {
+        Self::check_place(folder)?;
+        let parent = match folder.parent() {
+            Some(parent) if !parent.as_os_str().is_empty() => parent,
+            _ => Path::new("."),
+        };
+        std::fs::create_dir_all(parent).map_err(|e| Error::io(parent, &e))?;
+        let build = tempfile::Builder::new().prefix(".machine-").tempdir_in(parent);
+        let build = build.map_err(|e| Error::io(parent, &e))?;
+        // One level below, because the temporary folder itself is readable by its owner only.
+        let fresh = build.path().join("new");
+        std::fs::create_dir(&fresh).map_err(|e| Error::io(&fresh, &e))?;
+        let (urdf, files) = self.files()?;
+        let text = file_text(&self.file, &self.table_with(provenance, &urdf)?)?;
+        let machine_file = fresh.join(FILE_NAME);
+        std::fs::write(&machine_file, text).map_err(|e| Error::io(&machine_file, &e))?;
+        for (from, to) in files {
+            copy(&from, &fresh.join(to))?;
+        }
+        swap_in(folder, &fresh, build)
+    }
+
+    /// Refuses a folder that is not empty, unless an earlier diagnosis wrote the machine in it and nothing else is
+    /// there.
+    ///
+    /// # Errors
+    /// As said, with what to do instead.
+    pub fn check_place(folder: &Path) -> Result<()> {
+        let refuse = |found: String, remedy: &str| {
+            Err(Error::new(ErrorKind::Io)
+                .file(folder)
+                .found(found)
+                .expected("a new or empty folder, or a machine that an earlier diagnosis wrote")
+                .remedy(remedy))
+        };
+        if !folder.exists() {
+            return Ok(());
+        }
+        if !folder.is_dir() {
+            return refuse("a file".to_owned(), "name a folder");
+        }
+        let there = files_below(folder)?;
+        if there.is_empty() {
+            return Ok(());
+        }
+        let another = "name another folder: what stands there was not written by a diagnosis";
+        if !there.contains(&PathBuf::from(FILE_NAME)) {
+            return refuse(format!("a folder with {} files that is not a machine", there.len()), another);
+        }
+        let Ok(machine) = Self::read(folder) else {
+            return refuse("a machine that cannot be read".to_owned(), another);
+        };
+        if machine.description.provenance.is_empty() {
+            return refuse("a machine without [[provenance]]".to_owned(), another);
+        }
+        let (_, own) = machine.files()?;
+        let foreign = there
+            .iter()
+            .find(|file| !(file.as_os_str() == FILE_NAME || own.iter().any(|(_, to)| to == *file)));
+        match foreign {
+            Some(foreign) => refuse(
+                format!("`{}`, which the machine there does not name", foreign.display()),
+                "move it away first: replacing would delete it",
+            ),
+            None => Ok(()),
+        }
+    }
+
+    /// The machine's table with one entry of provenance more, the URDF at its place in the written folder.
+    fn table_with(&self, provenance: Provenance, urdf: &Path) -> Result<toml::Table> {
+        let mut table = (*self.table).clone();
+        let entry = toml::Value::try_from(provenance).map_err(|e| {
+            Error::new(ErrorKind::Syntax).key("provenance").found(e.to_string()).expected("numbers and texts")
+        })?;
+        let list = table.entry("provenance").or_insert_with(|| toml::Value::Array(Vec::new()));
+        if let toml::Value::Array(list) = list {
+            list.push(entry);
+        }
+        table.insert("urdf".to_owned(), urdf.to_string_lossy().into_owned().into());
+        Ok(table)
+    }
+
+    /// The URDF's place in a folder of the machine's own, and every file beside the machine file with its place.
+    fn files(&self) -> Result<(PathBuf, Vec<(PathBuf, PathBuf)>)> {
+        let stated = PathBuf::from(&self.description.urdf);
+        let name = || PathBuf::from(self.solid.path.file_name().unwrap_or_default());
+        // Meshes are found from the URDF: below the machine's folder it stays where it is, and they with it.
+        let urdf = if is_inside(&stated) { stated } else { name() };
+        let beside = urdf.parent().unwrap_or(Path::new("")).to_path_buf();
+        let mut files = vec![(self.solid.path.clone(), urdf.clone())];
+        for (written, path) in self.solid.mesh_files()? {
+            if written.is_absolute() {
+                continue; // found from anywhere
+            }
+            if !is_inside(&written) {
+                return Err(Error::new(ErrorKind::Inconsistent)
+                    .file(&self.solid.path)
+                    .found(format!("the mesh {}", written.display()))
+                    .expected("meshes in the URDF's folder, so that they can be copied with it")
+                    .remedy("move the meshes below the URDF's folder, or give their absolute path"));
+            }
+            files.push((path, beside.join(written)));
+        }
+        let readme = self.file.parent().unwrap_or(Path::new("")).join(README);
+        if readme.is_file() {
+            files.push((readme, PathBuf::from(README)));
+        }
+        files.sort();
+        files.dedup();
+        Ok((urdf, files))
+    }
+}
+
+/// Whether a relative path stays below where it begins.
+fn is_inside(path: &Path) -> bool {
+    path.components().all(|part| matches!(part, Component::Normal(_) | Component::CurDir))
+}
+
+fn copy(from: &Path, to: &Path) -> Result<()> {
+    let folder = to.parent().unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(|e| Error::io(folder, &e))?;
+    // Contents only: a read-only original must not make the copy read-only.
+    let content = std::fs::read(from).map_err(|e| Error::io(from, &e))?;
+    std::fs::write(to, content).map_err(|e| Error::io(to, &e))
+}
+
+/// Every file below a folder, relative to it.
+fn files_below(folder: &Path) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    let mut open = vec![PathBuf::new()];
+    while let Some(inner) = open.pop() {
+        let entries = std::fs::read_dir(folder.join(&inner)).map_err(|e| Error::io(folder, &e))?;
+        for entry in entries {
+            let entry = entry.map_err(|e| Error::io(folder, &e))?;
+            let place = inner.join(entry.file_name());
+            let is_folder = entry.file_type().is_ok_and(|kind| kind.is_dir());
+            if is_folder { open.push(place) } else { files.push(place) }
+        }
+    }
+    Ok(files)
+}

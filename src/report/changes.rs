@@ -1,0 +1,128 @@
+//! WHAT CHANGED: in a comparison of two recordings, every parameter before and after.
+
+use super::Style;
+use super::layout::{Align, Table, labelled, paragraph};
+use super::number::{change, percent, plain, twin, value, with_interval};
+use super::sentence::{REMAINS, described, name, phrase, times_noise};
+use crate::diagnose::Verdict;
+use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Reference};
+
+/// Width of the labels.
+const LABEL: usize = 9;
+
+/// The section; empty where the diagnosis is no comparison.
+pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
+    let Some(reference) = &diagnosis.reference else { return String::new() };
+    let mut out = style.heading("WHAT CHANGED", "between the reference and the recording");
+    if diagnosis.causes.is_empty() {
+        out += &paragraph("No effect is named as a change.", style);
+    } else {
+        out += &table(&diagnosis.causes).text(style);
+    }
+    out += "\n";
+    out += &labelled("reference", LABEL, &runs(reference), style);
+    if let Some(note) = &reference.data.note {
+        out += &labelled("", LABEL, note, style);
+    }
+    out + &labelled("had", LABEL, &had(reference), style)
+}
+
+fn runs(reference: &Reference) -> String {
+    let data = &reference.data;
+    format!("{}; held out {}", data.training.join(", "), data.held_out.join(", "))
+}
+
+/// What the reference had beside the machine file, and how well the baseline predicts it.
+fn had(reference: &Reference) -> String {
+    let found: Vec<String> = reference.causes.iter().map(described).collect();
+    let found =
+        if found.is_empty() { "nothing beside the machine file".to_owned() } else { found.join("; ") };
+    let (before, after) = (plain(reference.gap_before), times_noise(reference.gap_after));
+    format!("{found} (G = {before} → {after})")
+}
+
+fn table(causes: &[Cause]) -> Table {
+    use Align::{Left, Right};
+    let mut table =
+        Table::new(&[("parameter", Left), ("before", Right), ("after", Right), ("change", Right)]);
+    for cause in causes {
+        for (key, parameter) in &cause.parameters {
+            table.row(vec![
+                format!("{}.{key}", cause.effect),
+                twin(parameter),
+                with_interval(parameter),
+                verdict(parameter),
+            ]);
+        }
+    }
+    table
+}
+
+/// Whether the value before lies outside the interval of the value after.
+fn is_resolved(parameter: &Parameter) -> bool {
+    let [from, to] = parameter.ci95;
+    !(from..=to).contains(&parameter.twin)
+}
+
+/// "× 0.16", "new", "gone" or "none".
+fn verdict(parameter: &Parameter) -> String {
+    let Parameter { value, twin, ci95: [from, to], .. } = *parameter;
+    if !is_resolved(parameter) {
+        "none".to_owned()
+    } else if twin == 0.0 || !twin.is_finite() {
+        "new".to_owned()
+    } else if (from..=to).contains(&0.0) {
+        "gone".to_owned()
+    } else if value * twin > 0.0 {
+        format!("× {}", plain(value / twin))
+    } else {
+        change(twin, value, &parameter.unit)
+    }
+}
+
+/// What changed as a sentence; none where the diagnosis is no comparison or its words are those of any diagnosis.
+pub(super) fn sentence(diagnosis: &Diagnosis) -> Option<String> {
+    diagnosis.reference.as_ref()?;
+    let gap = &diagnosis.gap;
+    match diagnosis.verdict {
+        Verdict::NoGap => Some(format!(
+            "Nothing changed since the reference beyond tolerance: the twin of the machine as it was then predicts the \
+             unseen runs as well as it does the reference (G = {}).",
+            times_noise(gap.after)
+        )),
+        Verdict::Cause if !diagnosis.causes.is_empty() => {
+            let parts: Vec<String> = diagnosis.causes.iter().map(part).collect();
+            let mut text = format!("Changed since the reference: {}", parts.join(", and "));
+            if parts.len() > 1 {
+                text += &format!(", together {} of the difference", percent(gap.closed));
+            }
+            text += ".";
+            if gap.after > REMAINS {
+                text += &format!(" A gap of {} remains unexplained.", times_noise(gap.after));
+            }
+            Some(text)
+        }
+        _ => None,
+    }
+}
+
+/// "Coulomb friction on the guide, 973 → 165 N (64 %)", with the parameters that changed beyond their interval.
+fn part(cause: &Cause) -> String {
+    let at = if cause.site == "guide" { "on" } else { "in" };
+    let alone = cause.parameters.len() == 1;
+    let parameters: Vec<String> = cause
+        .parameters
+        .iter()
+        .filter(|(_, parameter)| alone || is_resolved(parameter))
+        .map(|(key, parameter)| {
+            let numbers = match parameter.twin.is_finite() {
+                true => change(parameter.twin, parameter.value, &parameter.unit),
+                false => value(parameter.value, &parameter.unit),
+            };
+            if alone { numbers } else { format!("{} {numbers}", name(key)) }
+        })
+        .collect();
+    let what = format!("{} {at} the {}", phrase(&cause.effect), cause.site);
+    let list = parameters.iter().map(|text| format!(", {text}")).collect::<String>();
+    format!("{what}{list} ({})", percent(cause.closes))
+}
