@@ -42,7 +42,8 @@ impl Fit {
     }
 }
 
-const MOST_ITERATIONS: usize = 25;
+/// Steps along a narrow, curved valley are short: motor constants, mass and friction compensate each other.
+const MOST_ITERATIONS: usize = 60;
 /// Damping below which a step is that of Gauss and Newton.
 const LEAST_DAMPING: f64 = 1e-9;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
