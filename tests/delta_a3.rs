@@ -144,11 +144,10 @@ fn ref_a_twin_of_inertia_alone_lacks_friction() {
     let named: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
     // Friction, and the angle-synchronous torque of 0.6 mN·m and the offset of 1 mN·m that are in the data.
     assert!(named[0].ends_with("_friction"), "{named:?}");
-    assert!(
-        named.iter().all(|n| n.ends_with("_friction") || ["constant_force", "cogging"].contains(n)),
-        "{named:?}"
-    );
-    assert!(d.causes[0].closes > 0.9, "{:?}", d.causes);
+    // Everything else that is named is small beside the two frictions.
+    let friction_closes: f64 =
+        d.causes.iter().filter(|c| c.effect.ends_with("_friction")).map(|c| c.closes).sum();
+    assert!(friction_closes > 0.9, "{:?}", d.causes);
     let [coulomb, viscous] = friction(d);
     eprintln!("Coulomb {coulomb:.5} N·m, viscous {viscous:.3e} N·m·s/rad");
     assert_near("Coulomb", coulomb, MEASURED_COULOMB, MEASURED_WITHIN);

@@ -31,7 +31,7 @@ const WHOLLY_CLOSED: f64 = 0.99;
 /// noise of the training runs.
 const NEAR: f64 = 12.0;
 /// A rival less probable than this share of the chosen explanation is not looked into.
-const WORTH_MENTIONING: f64 = 0.05;
+const WORTH_MENTIONING: f64 = 0.001;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL_975: f64 = 1.959_964;
 

@@ -147,7 +147,9 @@ impl Found {
     /// shows once the chosen effects are in the twin, not a rival of them.
     pub fn is_refinement(&self, index: usize, before: &Score) -> bool {
         let (other, chosen) = (&self.candidates[index].score, &self.candidates[self.chosen].score);
+        // Beside an explanation that leaves nothing open, whatever does as well is its rival.
         index != self.chosen
+            && !self.is_adequate(self.chosen)
             && other.mean_square() < chosen.mean_square()
             && !self.worth_naming(index, self.chosen, before)
     }

@@ -39,7 +39,7 @@ const FINALISTS: usize = 4;
 /// A rough fit that gains less log-likelihood than this is left: the effect does not show.
 const LEAST_GAIN: f64 = 1.0;
 /// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
-const HOPELESS: f64 = 2.0;
+const HOPELESS: f64 = 100.0;
 
 impl Search<'_> {
     /// Runs the search.
