@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// The law itself is the one stated. A factor of a gain that is stated as zero says nothing.
 ///
 /// # Source
-/// [`Controller`](crate::controller::Controller).
+/// [`Controller`].
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ControllerGain {

@@ -51,7 +51,7 @@ const PEAK_WIDTH: usize = 4;
 /// pitches.
 ///
 /// # Validity
-/// Pitches from those that pass at [`PASSED_HZ`] at slow speed up to [`Screen::longest_pitch`].
+/// Pitches from those that pass at 80 Hz at slow speed up to [`Screen::longest_pitch`].
 ///
 /// # Source
 /// Lomb (1976), least-squares frequency analysis, over position instead of time.

@@ -35,7 +35,7 @@ const STOOD_S: f64 = 2.0;
 
 /// Lets the machine follow a sampled position reference from standstill, its loop closed.
 ///
-/// Before the first sample it has stood at the first reference for [`STOOD_S`] s. `each` is told after every sample how many are done.
+/// Before the first sample it has stood at the first reference for 2 s. `each` is told after every sample how many are done.
 ///
 /// # Errors
 /// A machine without a controller, a reference beyond the joint's limits, or what the scene refuses.
