@@ -75,9 +75,8 @@ pub fn svg(confusion: &Confusion, title: &str) -> String {
 /// The matrix as text: hidden effects down; across, the numbers of the rows, then verdicts without causes.
 pub fn table(confusion: &Confusion) -> String {
     let name = confusion.rows.iter().chain(&confusion.columns).map(|n| n.chars().count()).max().unwrap_or(0);
-    let number = |column: &String| {
-        confusion.columns.iter().position(|c| c == column).map_or(0, |place| place + 1)
-    };
+    let number =
+        |column: &String| confusion.columns.iter().position(|c| c == column).map_or(0, |place| place + 1);
     let mut out = format!("  {:<1$}", "hidden ↓, named →", name + 3);
     for column in &confusion.columns {
         let _ = write!(out, "{:>4}", number(column));

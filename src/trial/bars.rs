@@ -47,7 +47,15 @@ pub fn bars(summaries: &[Summary]) -> Vec<Bar> {
     let mut bars = Vec::new();
     for s in summaries {
         let mut rate = |name, rate: super::interval::Rate, bar, at_most| {
-            bars.push(Bar { tier: s.tier, name, value: rate.value, ci95: rate.ci95, bar, at_most, of: rate.of });
+            bars.push(Bar {
+                tier: s.tier,
+                name,
+                value: rate.value,
+                ci95: rate.ci95,
+                bar,
+                at_most,
+                of: rate.of,
+            });
         };
         match s.tier {
             Tier::Null => rate("false alarms", s.false_alarms, FALSE_ALARMS, true),

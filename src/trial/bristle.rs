@@ -51,8 +51,8 @@ impl ForgedBristle {
         let answer = |end: f64| {
             let velocity = 0.5 * (coast.velocity + end);
             let sliding = level(velocity).max(f64::MIN_POSITIVE);
-            let after = (begun + step_s * velocity)
-                / (1.0 + step_s * self.stiffness * velocity.abs() / sliding);
+            let after =
+                (begun + step_s * velocity) / (1.0 + step_s * self.stiffness * velocity.abs() / sliding);
             let force = -(self.stiffness * after + self.damping * (after - begun) / step_s);
             (force, after)
         };
@@ -116,7 +116,8 @@ mod tests {
     #[test]
     fn exact_sliding_block_stops_where_energy_says() {
         let (step, level) = (1e-4, 2.0);
-        let bristle = ForgedBristle { stiffness: level / 1e-6, damping: 2.0 * 0.7 * (level / 1e-6_f64).sqrt() };
+        let bristle =
+            ForgedBristle { stiffness: level / 1e-6, damping: 2.0 * 0.7 * (level / 1e-6_f64).sqrt() };
         let (mut velocity, mut deflection, mut position) = (1.0, 1e-6, 0.0);
         for _ in 0..10_000 {
             let coast = Coast { velocity, free_velocity: velocity, mobility: step };

@@ -57,7 +57,8 @@ impl<'a> Gauge<'a> {
         for run in &runs {
             let reference = run.reference(machine);
             let traces = sketch(machine, otherwise, &reference)?;
-            experiments.push(Experiment::new(&as_logged(run, machine, &reference, traces, logged)?, machine)?);
+            experiments
+                .push(Experiment::new(&as_logged(run, machine, &reference, traces, logged)?, machine)?);
         }
         let floor = Floor::estimate(machine, &experiments.iter().collect::<Vec<_>>())?;
         Ok(Self { machine, otherwise, runs, logged, floor })

@@ -20,7 +20,7 @@ use rand::rngs::StdRng;
 use std::f64::consts::TAU;
 
 /// Gaps between which sizes are drawn, evenly on a logarithmic scale: just above the floor to plain to see.
-pub const GAPS: (f64, f64) = (3.0, 100.0);
+pub const GAPS: (f64, f64) = (3.0, 300.0);
 /// In a pair, the smaller effect makes at least so large a gap, …
 const LEAST_OF_PAIR: f64 = 6.0;
 /// … and the larger one at most so many times the smaller one's.
@@ -86,9 +86,7 @@ fn attempt(
         let window = match sized.first() {
             None if planned.effects.len() == 1 => GAPS,
             None => (LEAST_OF_PAIR, GAPS.1),
-            Some(first) => {
-                (LEAST_OF_PAIR.max(first.gap / MOST_RATIO), GAPS.1.min(first.gap * MOST_RATIO))
-            }
+            Some(first) => (LEAST_OF_PAIR.max(first.gap / MOST_RATIO), GAPS.1.min(first.gap * MOST_RATIO)),
         };
         let family = Family::draw(effect, &scale, &machine.description().tolerance, random);
         match gauge.sized(&family, window, random.random_range(0.0..1.0)) {
@@ -107,7 +105,8 @@ fn attempt(
     let together: Vec<_> = sized.iter().map(|one| (one.effect, one.values.clone())).collect();
     let gap = gauge.gap(&together, &[]);
     if let (Some(last), true) = (planned.effects.last(), !gap.is_finite() || (lopsided && !is_last)) {
-        let why = if lopsided { "it cannot be as small as the other" } else { "the axis does not work with both" };
+        let why =
+            if lopsided { "it cannot be as small as the other" } else { "the axis does not work with both" };
         return Ok(Outcome::Skipped(*last, why.to_owned()));
     }
     let struck = match (planned.tier, planned.effects.first()) {

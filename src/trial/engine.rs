@@ -60,9 +60,7 @@ impl Engine {
         let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
         Ok(match self {
             Self::Rapier => walk(&walked, Rig::with_step(&walked, step_s)?, laws, sensing, reference),
-            Self::Axis => {
-                walk(&walked, Axis::new(&walked.constants(), step_s), laws, sensing, reference)
-            }
+            Self::Axis => walk(&walked, Axis::new(&walked.constants(), step_s), laws, sensing, reference),
         })
     }
 }

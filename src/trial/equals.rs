@@ -20,11 +20,7 @@ pub fn equals(effect: EffectId, machine: &Machine, logged: &[Signal]) -> Vec<Eff
         (EffectId::ForceConstant, EffectId::EncoderScale, !force && one_sensor),
         (EffectId::LoadDependentFriction, EffectId::CoulombFriction, constants.has_slider_loads),
         (EffectId::ScrewError, EffectId::EncoderPeriodicError, one_sensor && !constants.sees_both_ends),
-        (
-            EffectId::ConstantForce,
-            EffectId::AmplifierOffset,
-            !force && !logged.contains(&Signal::Current),
-        ),
+        (EffectId::ConstantForce, EffectId::AmplifierOffset, !force && !logged.contains(&Signal::Current)),
     ];
     let partner = |(a, b, holds): (EffectId, EffectId, bool)| match (holds, a == effect, b == effect) {
         (true, true, _) => Some(b),

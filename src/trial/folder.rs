@@ -132,7 +132,8 @@ impl Trial {
     pub fn struck(&self, case: usize) -> Result<Vec<EffectId>> {
         let path = self.struck_file(case);
         let text = std::fs::read_to_string(&path).map_err(|error| {
-            Error::io(&path, &error).remedy("the trial is not forged to its end: run `slideway trial forge` again")
+            Error::io(&path, &error)
+                .remedy("the trial is not forged to its end: run `slideway trial forge` again")
         })?;
         let catalogue: Catalogue =
             toml::from_str(&text).map_err(|error| toml_text::refusal(&path, &text, &error))?;
@@ -183,7 +184,9 @@ pub fn sha256(bytes: &[u8]) -> String {
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
     let told = |error: &std::io::Error| {
-        Error::io(path, error).expected("a file that can be written").remedy("check the folder and its permissions")
+        Error::io(path, error)
+            .expected("a file that can be written")
+            .remedy("check the folder and its permissions")
     };
     std::fs::create_dir_all(folder).map_err(|error| told(&error))?;
     let mut builder = tempfile::Builder::new();

@@ -246,18 +246,15 @@ fn simulate(trial: &Trial, machine: &Machine, case: &TrueCase, logged: &[Signal]
     let mut runs = Vec::new();
     for strokes in &case.runs {
         let reference = strokes.reference(machine);
-        let sensing = Sensing::AsStated {
-            seed: trial.seed.derived(&format!("noise {} {}", case.case, strokes.name)),
-        };
+        let sensing =
+            Sensing::AsStated { seed: trial.seed.derived(&format!("noise {} {}", case.case, strokes.name)) };
         let traces = trial.announcement.engine.simulate(&real, &case.otherwise, sensing, &reference)?;
         runs.push(as_logged(strokes, machine, &reference, traces, &logged)?);
     }
     let mut recording = Recording::new(runs)?;
     recording.machine = Some(machine_path(machine));
-    recording.note = Some(format!(
-        "simulated, not measured: case {} of a blind trial, seed {}",
-        case.case, trial.seed
-    ));
+    recording.note =
+        Some(format!("simulated, not measured: case {} of a blind trial, seed {}", case.case, trial.seed));
     recording.write(trial.case_folder(case.case), Format::Parquet, Existing::Replace)?;
     trial.strike(case.case, &case.struck)
 }

@@ -89,7 +89,8 @@ impl Judged {
         let extra = said.causes.iter().filter(|cause| !stands(cause)).count();
         let names: Vec<&str> = said.causes.iter().map(|cause| cause.effect.as_str()).collect();
         let exact = names.len() == count && hidden.iter().all(|h| names.contains(&h.effect.name()));
-        let errors = hidden.iter().filter_map(|h| errors(h, said)).reduce(|a, b| (a.0.max(b.0), a.1 + b.1, a.2 + b.2));
+        let errors =
+            hidden.iter().filter_map(|h| errors(h, said)).reduce(|a, b| (a.0.max(b.0), a.1 + b.1, a.2 + b.2));
         Self {
             case: truth.case,
             tier: truth.tier,
@@ -219,10 +220,16 @@ fn errors(hidden: &HiddenEffect, said: &Said) -> Option<(f64, f64, f64)> {
     (of > 0.0).then_some((worst, covered, of))
 }
 
+/// Four digits, with an exponent where that is shorter.
+fn short(value: f64) -> String {
+    let size = value.abs();
+    if value == 0.0 || (1e-2..1e4).contains(&size) { format!("{value:.4}") } else { format!("{value:.3e}") }
+}
+
 fn story(hidden: &[&HiddenEffect], truth: &TrueCase, said: &Said) -> String {
     let of = |h: &&HiddenEffect| {
         let numbers: Vec<String> =
-            h.parameters.iter().map(|(key, value)| format!("{key} {value:.4}")).collect();
+            h.parameters.iter().map(|(key, value)| format!("{key} {}", short(*value))).collect();
         format!("{} (gap {:.1}: {})", h.effect.name(), h.gap, numbers.join(", "))
     };
     let what = match hidden {

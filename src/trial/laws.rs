@@ -87,8 +87,7 @@ impl ForgedLaws {
         }
         let presliding = frictions.iter().find_map(Effect::bristle);
         let coefficient: f64 = frictions.iter().map(Effect::load_coefficient).sum();
-        let loaded =
-            LoadModel::of(machine).filter(|_| coefficient > 0.0).map(|model| (coefficient, model));
+        let loaded = LoadModel::of(machine).filter(|_| coefficient > 0.0).map(|model| (coefficient, model));
         let rest = loaded.as_ref().map_or(0.0, |(coefficient, model)| {
             coefficient * model.loads([0.0; 2]).iter().map(|load| load.abs()).sum::<f64>()
         });

@@ -74,11 +74,16 @@ impl NominalErrors {
         let mut settings: Vec<(String, f64)> = Vec::new();
         let keys = |prismatic: &'static str, revolute: &'static str| {
             let own = if machine.motion() == Motion::Prismatic { prismatic } else { revolute };
-            [prismatic, revolute].into_iter().find(|key| machine.number(key).is_some()).unwrap_or(own).to_owned()
+            [prismatic, revolute]
+                .into_iter()
+                .find(|key| machine.number(key).is_some())
+                .unwrap_or(own)
+                .to_owned()
         };
         match &d.motor {
             Motor::Winding(w) => {
-                settings.push(("motor.resistance_ohm".to_owned(), w.resistance_ohm * (1.0 + self.resistance)));
+                settings
+                    .push(("motor.resistance_ohm".to_owned(), w.resistance_ohm * (1.0 + self.resistance)));
                 settings.push(("motor.inductance_h".to_owned(), w.inductance_h * (1.0 + self.inductance)));
                 let key = keys("motor.force_constant_n_per_a", "motor.torque_constant_nm_per_a");
                 settings.push((key, w.force_constant_n_per_a * (1.0 + self.force_constant)));
@@ -94,8 +99,10 @@ impl NominalErrors {
         }
         let (path, payload) = payload(machine, self.mass * constants.moving_mass);
         settings.push((path, payload));
-        let machine = machine.with_settings([viscous(machine, d.guide.viscous_n_s_per_m * (1.0 + self.viscous))])?;
-        machine.with_settings(settings.iter().map(|(path, value)| (path.as_str(), toml::Value::Float(*value))))
+        let machine =
+            machine.with_settings([viscous(machine, d.guide.viscous_n_s_per_m * (1.0 + self.viscous))])?;
+        machine
+            .with_settings(settings.iter().map(|(path, value)| (path.as_str(), toml::Value::Float(*value))))
     }
 }
 

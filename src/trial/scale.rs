@@ -35,7 +35,8 @@ impl Scale {
             force = force.max(largest(&traces.thrust));
             voltage_v = voltage_v.max(largest(&traces.effort_v));
         }
-        let stroke = runs.iter().map(|r| r.stroke).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+        let stroke =
+            runs.iter().map(|r| r.stroke).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
         let speed = runs.iter().map(|r| r.feed).fold(0.0, f64::max);
         Ok(Self { constants: machine.constants(), force, voltage_v, speed, stroke })
     }

@@ -16,7 +16,7 @@ const WORST: usize = 10;
 /// Predicted and achieved share of the gap agree within this.
 const PREDICTION_MARGIN: f64 = 0.1;
 /// Edges of the size classes, in gaps.
-const SIZES: [f64; 3] = [10.0, 30.0, 60.0];
+const SIZES: [f64; 3] = [10.0, 30.0, 100.0];
 
 /// What the cases of one tier came to.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -162,7 +162,12 @@ impl Scores {
 /// Summaries of the tiers that there are cases of.
 pub fn summaries(cases: &[Judged]) -> Vec<Summary> {
     let own = |tier: Tier| cases.iter().filter(|case| case.tier == tier).collect::<Vec<_>>();
-    Tier::ALL.into_iter().map(|tier| (tier, own(tier))).filter(|(_, own)| !own.is_empty()).map(summary).collect()
+    Tier::ALL
+        .into_iter()
+        .map(|tier| (tier, own(tier)))
+        .filter(|(_, own)| !own.is_empty())
+        .map(summary)
+        .collect()
 }
 
 fn summary((tier, cases): (Tier, Vec<&Judged>)) -> Summary {
@@ -171,7 +176,9 @@ fn summary((tier, cases): (Tier, Vec<&Judged>)) -> Summary {
         cases.iter().filter_map(|case| number(case)).collect()
     };
     let within = |case: &&Judged| {
-        case.closed.zip(case.predicted).map(|(closed, predicted)| (closed - predicted).abs() <= PREDICTION_MARGIN)
+        case.closed
+            .zip(case.predicted)
+            .map(|(closed, predicted)| (closed - predicted).abs() <= PREDICTION_MARGIN)
     };
     Summary {
         tier,

@@ -141,7 +141,10 @@ pub fn is_open(trial: &Trial) -> bool {
 
 pub(super) fn json<T: Serialize>(value: &T, path: &Path) -> Result<String> {
     let text = serde_json::to_string_pretty(value).map_err(|error| {
-        Error::new(ErrorKind::Syntax).file(path).found(error.to_string()).expected("a value that JSON can hold")
+        Error::new(ErrorKind::Syntax)
+            .file(path)
+            .found(error.to_string())
+            .expected("a value that JSON can hold")
     })?;
     Ok(text + "\n")
 }

@@ -164,10 +164,9 @@ fn guide(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Drawn) -
     let weight = 9.81 * scale.constants.moving_mass;
     let (coulomb, viscous, sign, lean) = (drawn.coulomb, drawn.viscous, drawn.sign, drawn.lean);
     match effect {
-        EffectId::ViscousFriction if stated > 0.0 => (
-            ((BEYOND_TOLERANCE * tolerance.viscous).max(1e-4), 0.9),
-            one(move |s| stated * (1.0 + sign * s)),
-        ),
+        EffectId::ViscousFriction if stated > 0.0 => {
+            (((BEYOND_TOLERANCE * tolerance.viscous).max(1e-4), 0.9), one(move |s| stated * (1.0 + sign * s)))
+        }
         EffectId::ViscousFriction => ((1e-5, 3.0), one(move |s| s * viscous)),
         EffectId::CoulombFriction => ((1e-6, 0.2), one(move |s| s * force)),
         EffectId::LoadDependentFriction => ((1e-6, 0.2), one(move |s| s * force / weight)),
@@ -202,9 +201,7 @@ fn structure(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Draw
     let (mass, travel, sign) = (scale.constants.moving_mass, scale.stroke.abs(), drawn.sign);
     let modes = scale.constants.modes.as_slice();
     match effect {
-        EffectId::Payload => {
-            ((BEYOND_TOLERANCE * tolerance.mass, 0.5), one(move |s| sign * s * mass))
-        }
+        EffectId::Payload => ((BEYOND_TOLERANCE * tolerance.mass, 0.5), one(move |s| sign * s * mass)),
         EffectId::BaseModeShift => {
             let mode = 1.0 + (drawn.share[0] * modes.len() as f64).floor();
             ((0.005, 0.4), Box::new(move |s| vec![mode, 1.0 + sign * s, 1.0]))
@@ -226,10 +223,9 @@ fn sensor(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Drawn) 
     let (travel, sign) = (scale.stroke.abs(), drawn.sign);
     let (step, period) = (scale.constants.encoder_step, scale.constants.sample_period_s);
     match effect {
-        EffectId::EncoderScale => (
-            ((BEYOND_TOLERANCE * tolerance.force_constant).max(1e-4), 0.2),
-            one(move |s| 1.0 + sign * s),
-        ),
+        EffectId::EncoderScale => {
+            (((BEYOND_TOLERANCE * tolerance.force_constant).max(1e-4), 0.2), one(move |s| 1.0 + sign * s))
+        }
         EffectId::EncoderPeriodicError => {
             ((1e-8, 1e-3), Box::new(move |s| drawn.wave()(s * travel)[..3].to_vec()))
         }

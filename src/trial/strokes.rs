@@ -56,9 +56,7 @@ impl Strokes {
     /// What a recording keeps of it.
     pub fn metadata(&self, machine: &Machine) -> toml::Table {
         let (stroke, feed) = match machine.motion() {
-            units::Motion::Prismatic => {
-                (("stroke_m", self.stroke), ("feed_m_per_min", 60.0 * self.feed))
-            }
+            units::Motion::Prismatic => (("stroke_m", self.stroke), ("feed_m_per_min", 60.0 * self.feed)),
             units::Motion::Revolute => (("stroke_rad", self.stroke), ("feed_rad_per_s", self.feed)),
         };
         [stroke, feed].into_iter().map(|(key, value)| (key.to_owned(), value.into())).collect()
@@ -112,15 +110,15 @@ pub fn draw(machine: &Machine, random: &mut StdRng) -> Result<Vec<Strokes>> {
 
 /// Four digits: a stroke that an operator could have typed.
 fn rounded(value: f64) -> f64 {
-    let unit = 10_f64.powi(value.abs().log10().floor() as i32 - 3);
-    (value / unit).round() * unit
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 /// By how much feeds must be lower for accelerating to stay below the amplifier's limit.
 fn voltage_share(machine: &Machine, feed: f64) -> f64 {
     let constants = machine.constants();
     let ramp_s = machine.description().reference.acceleration_time_s.max(constants.sample_period_s);
-    let needed_v = (constants.moving_mass * feed / ramp_s + constants.viscous * feed) / constants.force_per_volt();
+    let needed_v =
+        (constants.moving_mass * feed / ramp_s + constants.viscous * feed) / constants.force_per_volt();
     let limit_v = constants.amplifier.voltage_limit_v.unwrap_or(f64::INFINITY);
     (MOST_VOLTAGE * limit_v / needed_v).min(1.0)
 }

@@ -15,9 +15,11 @@ use super::{Failure, Screen};
 /// the committed verdicts. Everything follows from the seed. A step that was killed goes on where it was when the same
 /// command is given again.
 #[derive(Debug, Args)]
-#[command(after_help = "Example:\n  slideway trial forge --machine models/MACHINE --seed 7 --out /tmp/trial\n  \
+#[command(
+    after_help = "Example:\n  slideway trial forge --machine models/MACHINE --seed 7 --out /tmp/trial\n  \
                         slideway trial run /tmp/trial\n  \
-                        slideway trial score /tmp/trial --json score.json --figure confusion.svg")]
+                        slideway trial score /tmp/trial --json score.json --figure confusion.svg"
+)]
 pub(super) struct Trial {
     #[command(subcommand)]
     step: Step,

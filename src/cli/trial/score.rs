@@ -58,7 +58,8 @@ impl Score {
             }
         }
         if let Some(path) = &self.figure {
-            let title = format!("Blind trial of {}, seed {} ({})", scores.machine, scores.seed, scores.purpose);
+            let title =
+                format!("Blind trial of {}, seed {} ({})", scores.machine, scores.seed, scores.purpose);
             write(path, &svg(&scores.confusion, &title))?;
         }
         if !to_stdout {
@@ -71,7 +72,10 @@ impl Score {
 
 fn json(scores: &Scores) -> Result<String, Error> {
     let text = serde_json::to_string_pretty(scores).map_err(|error| {
-        Error::new(ErrorKind::Syntax).key("--json").found(error.to_string()).expected("a score that JSON can hold")
+        Error::new(ErrorKind::Syntax)
+            .key("--json")
+            .found(error.to_string())
+            .expected("a score that JSON can hold")
     })?;
     Ok(text + "\n")
 }
@@ -157,7 +161,9 @@ fn tiers(scores: &Scores, out: &mut Vec<u8>) -> io::Result<()> {
         trial::Tier::Null => {
             ["cases", "false alarms", "  with a cause named", "seconds a case on one core"].contains(&name)
         }
-        trial::Tier::Outside => !name.starts_with("top") && !name.contains("truth") && !name.contains("named"),
+        trial::Tier::Outside => {
+            !name.starts_with("top") && !name.contains("truth") && !name.contains("named")
+        }
         _ => !name.starts_with("false") && !name.starts_with("  "),
     };
     for summary in &scores.tiers {
