@@ -67,7 +67,7 @@ impl Confusion {
                 }
             }
         }
-        mistakes.sort_by(|a, b| b.2.cmp(&a.2));
+        mistakes.sort_by_key(|mistake| std::cmp::Reverse(mistake.2));
         mistakes
     }
 }

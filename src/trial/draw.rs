@@ -7,7 +7,7 @@ use super::nominal::{Care, NominalErrors};
 use super::plan::Planned;
 use super::scale::Scale;
 use super::seed::Seed;
-use super::size::Family;
+use super::size::{Absorbed, Family};
 use super::strokes;
 use super::tier::Tier;
 use super::truth::{HiddenEffect, TrueCase};
@@ -81,6 +81,7 @@ fn attempt(
     let otherwise = otherwise(machine, stroke, random);
     let scale = Scale::of(&real, &runs, &otherwise)?;
     let gauge = Gauge::new(&real, &otherwise, &runs, logged)?;
+    let absorbed = Absorbed::of(&machine.description().tolerance, logged);
     let mut sized: Vec<Sized> = Vec::new();
     for &effect in &planned.effects {
         let window = match sized.first() {
@@ -88,7 +89,7 @@ fn attempt(
             None => (LEAST_OF_PAIR, GAPS.1),
             Some(first) => (LEAST_OF_PAIR.max(first.gap / MOST_RATIO), GAPS.1.min(first.gap * MOST_RATIO)),
         };
-        let family = Family::draw(effect, &scale, &machine.description().tolerance, random);
+        let family = Family::draw(effect, &scale, &absorbed, random);
         match gauge.sized(&family, window, random.random_range(0.0..1.0)) {
             Ok(one) => sized.push(one),
             Err(most) => {

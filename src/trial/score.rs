@@ -16,7 +16,7 @@ const WORST: usize = 10;
 /// Predicted and achieved share of the gap agree within this.
 const PREDICTION_MARGIN: f64 = 0.1;
 /// Edges of the size classes, in gaps.
-const SIZES: [f64; 3] = [10.0, 30.0, 100.0];
+const SIZES: [f64; 4] = [10.0, 30.0, 100.0, 300.0];
 
 /// What the cases of one tier came to.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -5,6 +5,7 @@ use super::scale::Scale;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::{Machine, Tolerance};
+use crate::recording::Signal;
 use rand::RngExt;
 use rand::rngs::StdRng;
 use std::f64::consts::TAU;
@@ -13,7 +14,7 @@ use std::f64::consts::TAU;
 ///
 /// # Model
 /// `values(s)` are the effect's parameters at size s, which runs over `range`. Constants that may be calibrated inside
-/// their tolerance begin at twice the tolerance: nearer, a deviation is no cause. A law that holds a simpler one as a
+/// their tolerance begin at half as much again as is [`Absorbed`]: nearer, a deviation is no cause. A law that holds a simpler one as a
 /// special case has that part fixed and is measured by the rest: its size is what it does beyond [`Family::reduced`].
 pub struct Family {
     /// The effect.
@@ -25,8 +26,8 @@ pub struct Family {
     values: Box<dyn Fn(f64) -> Vec<f64> + Send + Sync>,
 }
 
-/// Deviations of constants with a tolerance begin at so many times it.
-const BEYOND_TOLERANCE: f64 = 2.0;
+/// Deviations of constants with a tolerance begin at so many times what is absorbed.
+const BEYOND: f64 = 1.5;
 /// Coulomb part of laws that hold Coulomb friction as a special case, as shares of the largest motor force.
 const COULOMB_PART: (f64, f64) = (0.02, 0.08);
 /// Periods along the axis as shares of the largest stroke: several fit into it.
@@ -34,14 +35,14 @@ const PERIODS: (f64, f64) = (0.08, 0.25);
 
 impl Family {
     /// Draws everything but the size.
-    pub fn draw(effect: EffectId, scale: &Scale, tolerance: &Tolerance, random: &mut StdRng) -> Self {
+    pub fn draw(effect: EffectId, scale: &Scale, absorbed: &Absorbed, random: &mut StdRng) -> Self {
         let drawn = Drawn::of(scale, random);
         let (range, values) = match effect.site() {
             crate::effect::Site::Controller | crate::effect::Site::Amplifier => drive(effect, scale, drawn),
-            crate::effect::Site::Motor => motor(effect, scale, tolerance, drawn),
-            crate::effect::Site::Guide => guide(effect, scale, tolerance, drawn),
-            crate::effect::Site::Structure => structure(effect, scale, tolerance, drawn),
-            crate::effect::Site::Sensor => sensor(effect, scale, tolerance, drawn),
+            crate::effect::Site::Motor => motor(effect, scale, absorbed, drawn),
+            crate::effect::Site::Guide => guide(effect, scale, absorbed, drawn),
+            crate::effect::Site::Structure => structure(effect, scale, absorbed, drawn),
+            crate::effect::Site::Sensor => sensor(effect, scale, absorbed, drawn),
         };
         let coulomb = |force: f64| (EffectId::CoulombFriction, vec![force]);
         let reduced = match effect {
@@ -59,6 +60,37 @@ impl Family {
     /// The parameters at a size, in the law's order.
     pub fn values(&self, size: f64) -> Vec<f64> {
         (self.values)(size)
+    }
+}
+
+/// How far a constant may be off, as a fraction, before no combination of constants inside their tolerances stands for it.
+///
+/// # Model
+/// Closed loop, mass, drag and force constant act as ratios to one another: a force constant off by 4 % is a mass off by
+/// 3 % and a force constant off by 1 %, with the drag following. The voltage-to-force chain adds the resistance where no
+/// current is logged that would tell it apart.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Absorbed {
+    mass: f64,
+    viscous: f64,
+    force_constant: f64,
+    resistance: f64,
+    inductance: f64,
+}
+
+impl Absorbed {
+    /// What the tolerances absorb on the logged signals.
+    pub fn of(tolerance: &Tolerance, logged: &[Signal]) -> Self {
+        let ratio = tolerance.mass.min(tolerance.viscous);
+        let unseen = if logged.contains(&Signal::Current) { 0.0 } else { tolerance.resistance };
+        Self {
+            mass: tolerance.mass + tolerance.force_constant + unseen,
+            viscous: tolerance.viscous + tolerance.mass + tolerance.force_constant + unseen,
+            force_constant: tolerance.force_constant + ratio + unseen,
+            resistance: tolerance.resistance
+                + if unseen > 0.0 { tolerance.force_constant + ratio } else { 0.0 },
+            inductance: tolerance.inductance + unseen,
+        }
     }
 }
 
@@ -141,15 +173,15 @@ fn drive(effect: EffectId, scale: &Scale, drawn: Drawn) -> ((f64, f64), Values) 
     }
 }
 
-fn motor(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Drawn) -> ((f64, f64), Values) {
+fn motor(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> ((f64, f64), Values) {
     let neutral = effect.neutral(&scale.constants).first().copied().unwrap_or(0.0);
     let off = move |s: f64| neutral * (1.0 + drawn.sign * s);
-    let beyond = |tolerance: f64, most: f64| ((BEYOND_TOLERANCE * tolerance).max(1e-4), most);
+    let beyond = |absorbed: f64, most: f64| ((BEYOND * absorbed).max(1e-4), most);
     let force = scale.force;
     match effect {
-        EffectId::WindingResistance => (beyond(tolerance.resistance, 0.4), one(off)),
-        EffectId::WindingInductance => (beyond(tolerance.inductance, 0.6), one(off)),
-        EffectId::ForceConstant => (beyond(tolerance.force_constant, 0.25), one(off)),
+        EffectId::WindingResistance => (beyond(absorbed.resistance, 0.4), one(off)),
+        EffectId::WindingInductance => (beyond(absorbed.inductance, 0.6), one(off)),
+        EffectId::ForceConstant => (beyond(absorbed.force_constant, 0.25), one(off)),
         EffectId::BackEmf => {
             let whole = scale.voltage_v / scale.speed;
             ((1e-5, 1.5), one(move |s| neutral + s * whole))
@@ -159,13 +191,13 @@ fn motor(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Drawn) -
     }
 }
 
-fn guide(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Drawn) -> ((f64, f64), Values) {
+fn guide(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> ((f64, f64), Values) {
     let (force, stated, stroke) = (scale.force, scale.constants.viscous, scale.stroke);
     let weight = 9.81 * scale.constants.moving_mass;
     let (coulomb, viscous, sign, lean) = (drawn.coulomb, drawn.viscous, drawn.sign, drawn.lean);
     match effect {
         EffectId::ViscousFriction if stated > 0.0 => {
-            (((BEYOND_TOLERANCE * tolerance.viscous).max(1e-4), 0.9), one(move |s| stated * (1.0 + sign * s)))
+            (((BEYOND * absorbed.viscous).max(1e-4), 0.9), one(move |s| stated * (1.0 + sign * s)))
         }
         EffectId::ViscousFriction => ((1e-5, 3.0), one(move |s| s * viscous)),
         EffectId::CoulombFriction => ((1e-6, 0.2), one(move |s| s * force)),
@@ -197,14 +229,14 @@ fn guide(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Drawn) -
     }
 }
 
-fn structure(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Drawn) -> ((f64, f64), Values) {
+fn structure(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> ((f64, f64), Values) {
     let (mass, travel, sign) = (scale.constants.moving_mass, scale.stroke.abs(), drawn.sign);
     let modes = scale.constants.modes.as_slice();
     match effect {
-        EffectId::Payload => ((BEYOND_TOLERANCE * tolerance.mass, 0.5), one(move |s| sign * s * mass)),
+        EffectId::Payload => ((BEYOND * absorbed.mass, 0.5), one(move |s| sign * s * mass)),
         EffectId::BaseModeShift => {
             let mode = 1.0 + (drawn.share[0] * modes.len() as f64).floor();
-            ((0.005, 0.4), Box::new(move |s| vec![mode, 1.0 + sign * s, 1.0]))
+            ((0.005, 0.75), Box::new(move |s| vec![mode, 1.0 + sign * s, 1.0]))
         }
         EffectId::FlexibleMode => {
             let lowest = modes.iter().map(|m| m.frequency_hz()).fold(f64::INFINITY, f64::min);
@@ -219,12 +251,12 @@ fn structure(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Draw
     }
 }
 
-fn sensor(effect: EffectId, scale: &Scale, tolerance: &Tolerance, drawn: Drawn) -> ((f64, f64), Values) {
+fn sensor(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> ((f64, f64), Values) {
     let (travel, sign) = (scale.stroke.abs(), drawn.sign);
     let (step, period) = (scale.constants.encoder_step, scale.constants.sample_period_s);
     match effect {
         EffectId::EncoderScale => {
-            (((BEYOND_TOLERANCE * tolerance.force_constant).max(1e-4), 0.2), one(move |s| 1.0 + sign * s))
+            (((BEYOND * absorbed.force_constant).max(1e-4), 0.2), one(move |s| 1.0 + sign * s))
         }
         EffectId::EncoderPeriodicError => {
             ((1e-8, 1e-3), Box::new(move |s| drawn.wave()(s * travel)[..3].to_vec()))
