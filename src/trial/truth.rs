@@ -57,7 +57,7 @@ pub struct TrueCase {
 pub struct HiddenEffect {
     /// Which one.
     pub effect: EffectId,
-    /// Its parameters, by their key.
+    /// Its parameters, by their key; a payload comes on top of what the nominal mass is off by.
     pub parameters: BTreeMap<String, f64>,
     /// Gap that it alone makes beyond what a simpler law would.
     pub gap: f64,
