@@ -96,9 +96,9 @@ mod tests {
     /// A push below the level deflects the bristles by the push over their stiffness, and the block stays.
     #[test]
     fn exact_small_push_is_held_elastically() {
-        let (mass, step, push) = (50.0, 31.25e-6, 6.0);
+        let (mass, step, push) = (50.0_f64, 31.25e-6, 6.0);
         let stiffness = 1e8;
-        let bristle = ForgedBristle { stiffness, damping: 2.0 * 0.7 * (stiffness * mass as f64).sqrt() };
+        let bristle = ForgedBristle { stiffness, damping: 2.0 * 0.7 * (stiffness * mass).sqrt() };
         let (mut velocity, mut deflection, mut position) = (0.0, 0.0, 0.0);
         for _ in 0..40_000 {
             let coast =
