@@ -7,18 +7,20 @@ use crate::guide::stick_slip::Coast;
 /// # Model
 /// LuGre, without its viscous term (drag is the guide's own):
 /// ```text
-///   ż = v − σ₀·|v|/g(v)·z        F = −(σ₀·z + σ₁·ż)
+///   ż = v − σ₀·|v|/g(v)·z        F = −(σ₀·z + σ₁·exp(−(v/v_d)²)·ż)
 /// ```
 /// with `g` the sliding level in the direction of v, `σ₀ = g₀/δ` the stiffness that makes the bristles slide after a
-/// deflection δ, and σ₁ a damping ratio times `2·√(σ₀·m)`. Over a step, `z₁ = (z₀ + h·v)/(1 + h·σ₀·|v|/g)` with v the mean
+/// deflection δ, and σ₁ a damping ratio times `2·√(σ₀·m)`, which fades above `v_d = ½·g/σ₁`: a constant σ₁ would brake
+/// many times harder than the level just after a reversal. Over a step, `z₁ = (z₀ + h·v)/(1 + h·σ₀·|v|/g)` with v the mean
 /// of the velocities at its ends; the velocity at the end solves the step's balance, which rises with it by at least
-/// one for one, so that a bracket is known and the root is unique.
+/// one for two as long as σ₁ is below the mass over the step, so that a bracket is known and the root is unique.
 ///
 /// # Validity
 /// A law of another kind than the diagnosing twin's: set-valued signum there, a deflecting bristle here.
 ///
 /// # Source
-/// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*.
+/// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*; damping that
+/// fades with speed: Olsson (1996), *Control systems with friction*.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ForgedBristle {
     /// σ₀ in N/m or N·m/rad.
@@ -27,6 +29,8 @@ pub struct ForgedBristle {
     pub damping: f64,
 }
 
+/// Bristle damping fades at the velocity where it would make this share of the sliding level.
+const FADING: f64 = 0.5;
 const MOST_ITERATIONS: usize = 60;
 /// Share of the bracket at which the velocity is known.
 const PRECISION: f64 = 1e-10;
@@ -53,7 +57,8 @@ impl ForgedBristle {
             let sliding = level(velocity).max(f64::MIN_POSITIVE);
             let after =
                 (begun + step_s * velocity) / (1.0 + step_s * self.stiffness * velocity.abs() / sliding);
-            let force = -(self.stiffness * after + self.damping * (after - begun) / step_s);
+            let fading = (-(velocity * self.damping / (FADING * sliding)).powi(2)).exp();
+            let force = -(self.stiffness * after + self.damping * fading * (after - begun) / step_s);
             (force, after)
         };
         let excess = |end: f64| end - coast.free_velocity - coast.mobility * answer(end).0;
@@ -62,7 +67,7 @@ impl ForgedBristle {
     }
 }
 
-/// The root of a function whose slope is at least one, near `start`: Illinois' method in the bracket that the slope
+/// The root of a function whose slope is at least a half, near `start`: Illinois' method in the bracket that the slope
 /// gives.
 fn root(function: impl Fn(f64) -> f64, start: f64) -> f64 {
     let at_start = function(start);
@@ -70,7 +75,7 @@ fn root(function: impl Fn(f64) -> f64, start: f64) -> f64 {
         return start;
     }
     let (mut a, mut at_a) = (start, at_start);
-    let (mut b, mut at_b) = (start - at_start, function(start - at_start));
+    let (mut b, mut at_b) = (start - 2.0 * at_start, function(start - 2.0 * at_start));
     let width = (b - a).abs();
     for _ in 0..MOST_ITERATIONS {
         if at_b == 0.0 || (b - a).abs() <= PRECISION * width {
