@@ -191,7 +191,7 @@ fn check_motion(machine: &Machine, recording: &Recording) -> Result<(), Error> {
 }
 
 /// Makes sure that a file can be written there before the work begins.
-fn check_place(path: &Path, option: &str) -> Result<(), Error> {
+pub(super) fn check_place(path: &Path, option: &str) -> Result<(), Error> {
     let refused = |found: &str, expected: &str, remedy: &str| {
         Err(Error::new(ErrorKind::Io).file(path).key(option).found(found).expected(expected).remedy(remedy))
     };
@@ -225,7 +225,7 @@ fn folder(path: &Path) -> &Path {
 }
 
 /// Writes under a temporary name in the same folder, then renames.
-fn write(path: &Path, text: &str) -> Result<(), Error> {
+pub(super) fn write(path: &Path, text: &str) -> Result<(), Error> {
     let told = |error: &io::Error| {
         Error::new(ErrorKind::Io)
             .file(path)

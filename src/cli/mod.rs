@@ -9,6 +9,7 @@ mod refusal;
 mod replay;
 mod setting;
 mod table;
+mod trial;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -47,6 +48,8 @@ enum Command {
     Identify(identify::Identify),
     /// Show what is in a recording or a machine
     Inspect(inspect::Inspect),
+    /// Check the diagnosis on machines whose effect is withheld
+    Trial(trial::Trial),
 }
 
 /// How a command ends when it does not end well.
@@ -133,6 +136,7 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
         Command::Replay(replay) => replay.run(screen),
         Command::Identify(identify) => identify.run(screen),
         Command::Inspect(inspect) => inspect.run(screen),
+        Command::Trial(trial) => trial.run(screen),
     }
 }
 
