@@ -291,6 +291,9 @@ impl Declared {
                 }
             }
         }
+        if experiment.machine(machine)?.constants().reading_step > 0.0 {
+            squares.iter_mut().for_each(|squares| spread(squares));
+        }
         let half = (WINDOW_S / experiment.run().sample_period_s()).round() as usize;
         let name = experiment.run().name().to_string();
         let keyed = squares.into_iter().zip(experiment.signals());
@@ -314,6 +317,13 @@ impl Declared {
         };
         self.sigma.into_iter().map(widen).collect()
     }
+}
+
+/// Where positions are read in coarse steps, a replay and the same replay with noise read alike for long, but where between
+/// two steps the axis truly stands nobody knows: at no time is a square less than the mean of all.
+fn spread(squares: &mut [f64]) {
+    let mean = mean_square(squares.iter().map(|s| s.sqrt())).unwrap_or(0.0);
+    squares.iter_mut().for_each(|square| *square = square.max(mean));
 }
 
 /// Root of the mean of squares over a window of `2·half + 1` samples, cut at the ends.
