@@ -27,6 +27,7 @@ fn cause(effect: &str, site: &str, closes: f64, parameters: &[(&str, Parameter)]
         probability: 0.999_96,
         closes,
         confusable_with: Vec::new(),
+        confusable_reason: None,
         parameters: parameters.iter().map(|(name, p)| ((*name).to_owned(), p.clone())).collect(),
     }
 }
@@ -142,6 +143,7 @@ fn diagnosis() -> Diagnosis {
         left: None,
         next_experiment: None,
         not_examined: Vec::new(),
+        ruled_out: Vec::new(),
         checks: vec![
             finding("", Check::MissingSignal, Severity::Note, "No load position was logged."),
             finding("a", Check::Clipping, Severity::Warning, clipped),

@@ -70,13 +70,17 @@ pub fn causes(found: &Found, before: &Score) -> Vec<Cause> {
     let mut causes: Vec<Cause> = chosen
         .effects()
         .iter()
-        .map(|&effect| Cause {
-            effect: effect.name().to_string(),
-            site: effect.site().name().to_string(),
-            probability: probability(found, effect),
-            closes: contributions.get(&effect).copied().unwrap_or(0.0),
-            confusable_with: confusable(found, effect),
-            parameters: parameters(&chosen.fit, effect),
+        .map(|&effect| {
+            let confusable_with = confusable(found, effect);
+            Cause {
+                effect: effect.name().to_string(),
+                site: effect.site().name().to_string(),
+                probability: probability(found, effect),
+                closes: contributions.get(&effect).copied().unwrap_or(0.0),
+                confusable_reason: (!confusable_with.is_empty()).then(|| alike(&confusable_with)),
+                confusable_with,
+                parameters: parameters(&chosen.fit, effect),
+            }
         })
         .collect();
     causes.sort_by(|a, b| b.closes.total_cmp(&a.closes));
@@ -105,6 +109,14 @@ fn contributions(found: &Found, before: &Score, total: f64) -> BTreeMap<EffectId
         .collect();
     let sum: f64 = raw.values().sum();
     raw.into_iter().map(|(e, share)| (e, if sum > 0.0 { total * share / sum } else { 0.0 })).collect()
+}
+
+/// Why explanations with other effects cannot be told apart by how they predict.
+fn alike(others: &[String]) -> String {
+    format!(
+        "Fitted in its place, {} predicts the held-out runs as well: the log-likelihoods differ by less than {INDISTINCT:.0}, which chance can do.",
+        others.join(" or ")
+    )
 }
 
 fn probability(found: &Found, effect: EffectId) -> f64 {

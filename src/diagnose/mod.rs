@@ -195,6 +195,7 @@ impl<'a> Ready<'a> {
             next_experiment,
             causes,
             not_examined: Vec::new(),
+            ruled_out: cut::ruled_out(options.catalogue, &self.clean, &self.training),
             checks: [
                 check::check(self.machine, &self.training, &self.held_out),
                 visibility::findings(&self.training),
@@ -232,10 +233,14 @@ impl<'a> Ready<'a> {
             found,
             rivals: conclude::open_rivals(found, verdict),
         })?;
-        for effects in &proposal.equivalent {
-            let strange = effects.difference(found.candidates[found.chosen].effects());
+        for equal in &proposal.equivalent {
+            let strange = equal.effects.difference(found.candidates[found.chosen].effects());
             let strange: Vec<String> = strange.map(|effect| effect.name().to_owned()).collect();
-            for cause in causes.iter_mut().filter(|c| !effects.iter().any(|e| e.name() == c.effect)) {
+            if strange.is_empty() {
+                continue;
+            }
+            for cause in causes.iter_mut().filter(|c| !equal.effects.iter().any(|e| e.name() == c.effect)) {
+                cause.confusable_reason = Some(equal.reason(&strange));
                 cause.confusable_with.extend(strange.iter().cloned());
                 cause.confusable_with.sort();
                 cause.confusable_with.dedup();

@@ -49,6 +49,9 @@ pub struct Cause {
     pub closes: f64,
     /// Effects that could stand in its place on these data.
     pub confusable_with: Vec<String>,
+    /// Why these data cannot tell them apart, as a sentence.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub confusable_reason: Option<String>,
     /// Its parameters.
     pub parameters: BTreeMap<String, Parameter>,
 }
@@ -252,6 +255,8 @@ pub struct Diagnosis {
     pub next_experiment: Option<NextExperiment>,
     /// Effects that the recorded signals cannot show.
     pub not_examined: Vec<NotExamined>,
+    /// Effects that act in a stretch of the signal path which, replayed alone, shows no gap.
+    pub ruled_out: Vec<NotExamined>,
     /// What was noticed in the data.
     pub checks: Vec<Finding>,
     /// What it stands on.

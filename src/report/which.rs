@@ -24,8 +24,29 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
         out += &parameters(&diagnosis.causes).text(style);
         out += "\n";
     }
+    for cause in &diagnosis.causes {
+        if let Some(reason) = &cause.confusable_reason {
+            out += &paragraph(&format!("{}: {reason}", cause.effect), style);
+            out += "\n";
+        }
+    }
     out += &ranking(diagnosis).text(style);
-    out + &refinements(diagnosis, style)
+    out += &refinements(diagnosis, style);
+    out + &ruled_out(diagnosis, style)
+}
+
+/// Effects that cannot be the cause because their stretch of the signal path shows no gap of its own.
+fn ruled_out(diagnosis: &Diagnosis, style: Style) -> String {
+    let mut reasons: Vec<&str> = diagnosis.ruled_out.iter().map(|out| out.reason.as_str()).collect();
+    reasons.dedup();
+    let of = |reason: &str| -> String {
+        let same = diagnosis.ruled_out.iter().filter(|out| out.reason == reason);
+        same.map(|out| out.effect.as_str()).collect::<Vec<_>>().join(", ")
+    };
+    reasons
+        .iter()
+        .map(|why| format!("\n{}", paragraph(&format!("Ruled out: {}. {why}", of(why)), style)))
+        .collect()
 }
 
 fn effects(causes: &[Cause]) -> Table {

@@ -7,6 +7,7 @@ mod residual;
 
 use super::experiment::Experiment;
 use super::motion::Motion;
+use super::visibility::NotExamined;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -112,6 +113,19 @@ pub fn left(catalogue: &[EffectId], clean: &[Cut], experiments: &[Experiment]) -
     let logged = |signal| experiments.iter().all(|e| e.run().signal(signal).is_some());
     let (current, thrust) = (logged(Signal::Current), logged(Signal::Thrust));
     catalogue.iter().copied().filter(|e| !clean.contains(&Cut::of(*e, current, thrust))).collect()
+}
+
+/// The others, with the reason.
+pub fn ruled_out(catalogue: &[EffectId], clean: &[Cut], experiments: &[Experiment]) -> Vec<NotExamined> {
+    let kept = left(catalogue, clean, experiments);
+    let logged = |signal| experiments.iter().all(|e| e.run().signal(signal).is_some());
+    let (current, thrust) = (logged(Signal::Current), logged(Signal::Thrust));
+    let reason = |effect: EffectId| {
+        let stretch = Cut::of(effect, current, thrust).words();
+        format!("The stretch {stretch}, replayed alone from its measured input, shows no gap of its own.")
+    };
+    let out = catalogue.iter().copied().filter(|effect| !kept.contains(effect));
+    out.map(|e| NotExamined { effect: e.name().to_owned(), reason: reason(e) }).collect()
 }
 
 #[derive(Default)]

@@ -22,7 +22,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use rayon::prelude::*;
-use separation::{Pair, Seen, Separation, on_all, refitted};
+use separation::{Pair, Seen, Separation, distance, on_all, refitted};
 use serde::Serialize;
 use stage::{Measure, Stage};
 use std::collections::BTreeMap;
@@ -72,7 +72,35 @@ pub(super) struct Proposal {
     /// What to record next.
     pub(super) next: Option<NextExperiment>,
     /// Explanations that the runs recorded so far cannot set apart from the chosen one, whichever were true.
-    pub(super) equivalent: Vec<EffectSet>,
+    pub(super) equivalent: Vec<Equivalent>,
+}
+
+/// An explanation that the runs recorded so far cannot set apart from the chosen one.
+#[derive(Debug)]
+pub(super) struct Equivalent {
+    /// Its effects.
+    pub(super) effects: EffectSet,
+    /// Log-likelihood by which the two differ on all recorded runs, each fitted to what the other predicts.
+    nats: f64,
+    /// Share of what the chosen one changes in the signals that this one changes alike, 0 to 1.
+    alike: f64,
+}
+
+impl Equivalent {
+    /// Why it cannot be told apart, as a sentence.
+    pub(super) fn reason(&self, strange: &[String]) -> String {
+        format!(
+            "On these runs their sensitivities are collinear: {}, refitted, makes {} of the same change in the logged signals, and what differs is worth {:.1} in log-likelihood.",
+            strange.join(" with "),
+            percent(self.alike),
+            self.nats
+        )
+    }
+}
+
+/// A share as percent, no finer than it means something.
+fn percent(share: f64) -> String {
+    if share > 0.9999 { "more than 99.99 %".to_owned() } else { format!("{:.2} %", 100.0 * share) }
 }
 
 /// A difference of so many nats settles a question: e¹⁰ to 1, beyond any prior of the catalogue.
@@ -134,7 +162,7 @@ struct Trial {
 impl<'a> Desk<'a> {
     /// The desk, and those explanations on it that the recorded runs cannot set apart from the chosen one; none where
     /// nothing is open.
-    fn new(question: &'a Question<'a>) -> Result<Option<(Self, Vec<EffectSet>)>> {
+    fn new(question: &'a Question<'a>) -> Result<Option<(Self, Vec<Equivalent>)>> {
         let Question { machine, training, held_out, floor, found, .. } = question;
         let has = |signal: &Signal| training.iter().all(|e| e.signals().contains(signal));
         let logged: Vec<Signal> = COMPARED.into_iter().filter(has).collect();
@@ -147,13 +175,16 @@ impl<'a> Desk<'a> {
             training.iter().chain(*held_out).map(|e| Stage::recorded(e, &measure)).collect();
         let chosen = &found.candidates[found.chosen].fit;
         let truth = on_all(chosen, &stages, machine)?;
+        let change = distance(&truth, &on_all(&found.candidates[0].fit, &stages, machine)?);
         let (mut rivals, mut equivalent) = (Vec::new(), Vec::new());
         for open in question.rivals.iter().take(MOST_RIVALS) {
             let (fit, seen) = refitted(&open.candidate.fit, &truth, &stages, machine)?;
             let pair = Pair::new([chosen, &fit], [&truth, &seen]);
-            let is_equivalent = pair.known() < conclude::INDISTINCT;
+            let nats = pair.known();
+            let is_equivalent = nats < conclude::INDISTINCT;
             if is_equivalent {
-                equivalent.push(open.candidate.effects().clone());
+                let alike = (1.0 - nats / change.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+                equivalent.push(Equivalent { effects: open.candidate.effects().clone(), nats, alike });
             }
             if open.is_open || is_equivalent {
                 rivals.push(Rival { fit, weight: open.weight, pair });

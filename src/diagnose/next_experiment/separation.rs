@@ -164,11 +164,16 @@ pub(super) fn refitted(
     Ok(best)
 }
 
+/// Half the squared distance of two explanations' predictions in weighted units of noise: what telling them apart as they
+/// stand is worth, in nats.
+pub(super) fn distance(a: &[Seen], b: &[Seen]) -> f64 {
+    0.5 * a.iter().zip(b).map(|(a, b)| (&a.image - &b.image).norm_squared()).sum::<f64>()
+}
+
 /// Misfit of an explanation to what another predicts, its calibration's distance from the stated values included,
 /// in nats.
 fn misfit((fit, seen): &(Fit, Vec<Seen>), truth: &[Seen]) -> f64 {
-    let squares: f64 = seen.iter().zip(truth).map(|(a, b)| (&a.image - &b.image).norm_squared()).sum();
-    0.5 * (squares + Refit::new(fit).gradient.norm_squared())
+    distance(seen, truth) + 0.5 * Refit::new(fit).gradient.norm_squared()
 }
 
 /// Two explanations on the runs recorded so far: each refitted to what the other predicts for all of them.

@@ -1,0 +1,44 @@
+//! Replays of machines with nothing hidden, through the whole diagnosis: how often it names a cause nevertheless.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stderr)]
+
+use slideway::machine::Machine;
+use slideway::trial::forge::Progress;
+use slideway::trial::{Engine, Order, Seed, Tier, forge, run, score};
+use std::num::NonZeroUsize;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// Machines with nothing hidden: their stated constants are off inside their tolerances, their sensors noisy.
+const CASES: usize = 50;
+/// Of these, 2 %.
+const MOST_FALSE_ALARMS: usize = 1;
+/// A development seed of its own.
+const SEED: u64 = 350;
+
+#[test]
+fn ref_false_alarms_on_machines_with_nothing_hidden_are_two_percent_at_most() {
+    let place = TempDir::new().unwrap();
+    let machine = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
+    let order = Order {
+        machine: &machine,
+        seed: Seed::new(SEED).unwrap(),
+        tiers: &[Tier::Null],
+        cases: Some(CASES),
+        engine: Engine::Axis,
+        folder: &place.path().join("null"),
+    };
+    let progress = Progress { drawing: &|_| (), sealed: &|_| (), done: &|| () };
+    let trial = forge(&order, &progress).unwrap();
+    let cores = std::thread::available_parallelism().unwrap();
+    run(&trial, NonZeroUsize::min(cores, NonZeroUsize::new(8).unwrap()), &|_| ()).unwrap();
+    let scores = score(&trial).unwrap();
+    let alarms: Vec<String> = scores
+        .cases
+        .iter()
+        .filter(|case| case.verdict != "no_gap")
+        .map(|case| format!("{}: {} {:?}", case.case, case.verdict, case.named))
+        .collect();
+    eprintln!("{} false alarms in {CASES}: {alarms:?}", alarms.len());
+    assert_eq!(scores.cases.len(), CASES);
+    assert!(alarms.len() <= MOST_FALSE_ALARMS, "{alarms:?}");
+}
