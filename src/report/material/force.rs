@@ -1,0 +1,105 @@
+//! The force that the twin lacks, and the law that was fitted to it.
+
+use crate::diagnose::experiment::Experiment;
+use crate::diagnose::motion::Motion;
+use crate::error::Result;
+use crate::machine::Machine;
+
+/// The missing force along all runs, in SI.
+#[derive(Debug, Clone, Default)]
+pub struct Force {
+    /// Time in the first run, in s.
+    pub time_s: Vec<f64>,
+    /// Position.
+    pub position: Vec<f64>,
+    /// Velocity.
+    pub velocity: Vec<f64>,
+    /// Acceleration.
+    pub acceleration: Vec<f64>,
+    /// What the twin as it is lacks.
+    pub before: Vec<f64>,
+    /// What the twin with its causes lacks.
+    pub after: Vec<f64>,
+    /// Samples of the first run, whose name this is.
+    pub first: (String, usize),
+}
+
+/// Samples that are kept at most, evenly chosen.
+const MOST: usize = 24_000;
+/// Bins of the law over a quantity.
+const BINS: usize = 60;
+/// Below this share of the largest speed an axis stands still, and friction takes any value.
+const STILL: f64 = 0.01;
+
+impl Force {
+    /// The missing force of both machines along all runs; none where no signal tells the motor's force.
+    ///
+    /// # Errors
+    /// What a replay refuses.
+    pub fn of(experiments: &[&Experiment], [stated, improved]: [&Machine; 2]) -> Result<Option<Self>> {
+        let total: usize = experiments.iter().map(|e| e.samples()).sum();
+        let every = total.div_ceil(MOST).max(1);
+        let mut all = Self::default();
+        for (place, experiment) in experiments.iter().enumerate() {
+            let before = Motion::of(experiment, stated)?;
+            let after = Motion::of(experiment, improved)?;
+            if before.missing_force.is_empty() || after.missing_force.is_empty() {
+                return Ok(None);
+            }
+            let period = experiment.run().sample_period_s();
+            for k in (0..before.missing_force.len()).step_by(every) {
+                all.time_s.push(k as f64 * period);
+                all.position.push(before.position[k]);
+                all.velocity.push(before.velocity[k]);
+                all.acceleration.push(before.acceleration[k]);
+                all.before.push(before.missing_force[k]);
+                all.after.push(after.missing_force[k]);
+            }
+            if place == 0 {
+                all.first = (experiment.run().name().to_owned(), all.before.len());
+            }
+        }
+        Ok(Some(all))
+    }
+
+    /// What the causes take up of it: before less after.
+    pub fn law(&self) -> impl Iterator<Item = f64> + '_ {
+        self.before.iter().zip(&self.after).map(|(before, after)| before - after)
+    }
+
+    /// Whether the axis moves at a sample.
+    pub fn moves(&self) -> Vec<bool> {
+        let most = self.velocity.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+        self.velocity.iter().map(|v| v.abs() > STILL * most).collect()
+    }
+
+    /// The law over a quantity: median of each bin that holds moving samples, apart for either direction.
+    pub fn law_over(&self, quantity: &[f64]) -> [Vec<[f64; 2]>; 2] {
+        let moves = self.moves();
+        let law: Vec<f64> = self.law().collect();
+        [1.0, -1.0].map(|direction: f64| {
+            let of = |k: &usize| moves[*k] && self.velocity[*k] * direction > 0.0;
+            let chosen: Vec<usize> = (0..law.len()).filter(of).collect();
+            binned(chosen.iter().map(|&k| [quantity[k], law[k]]).collect())
+        })
+    }
+}
+
+/// Medians of evenly spaced bins; bins of few samples are left out.
+fn binned(pairs: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let [from, to] = crate::report::figure::axis::extremes(pairs.iter().map(|p| p[0]));
+    let width = (to - from) / BINS as f64;
+    if pairs.len() < BINS || width <= 0.0 {
+        return Vec::new();
+    }
+    let mut bins: Vec<Vec<[f64; 2]>> = vec![Vec::new(); BINS];
+    for pair in pairs {
+        bins[(((pair[0] - from) / width) as usize).min(BINS - 1)].push(pair);
+    }
+    let median = |bin: &[[f64; 2]], place: usize| {
+        let mut values: Vec<f64> = bin.iter().map(|p| p[place]).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    bins.iter().filter(|bin| bin.len() >= 4).map(|bin| [median(bin, 0), median(bin, 1)]).collect()
+}

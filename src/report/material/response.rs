@@ -1,0 +1,56 @@
+//! Frequency response of the machine and of its twins, with coherence.
+
+use super::RunTraces;
+use super::traces::Trace;
+use crate::identify::frequency_response::{Point, welch};
+use crate::recording::Signal;
+
+/// Output over input of one held-out run.
+#[derive(Debug, Clone)]
+pub struct Response {
+    /// Input.
+    pub input: Signal,
+    /// Output.
+    pub output: Signal,
+    /// The run.
+    pub run: String,
+    /// Measured.
+    pub measured: Vec<Point>,
+    /// Of the twin as it is; empty where there is no twin.
+    pub before: Vec<Point>,
+    /// Of the twin with its causes; empty where there is no twin.
+    pub after: Vec<Point>,
+}
+
+/// Samples that are looked at.
+const MOST: usize = 40_000;
+/// Segments overlap by half; so many make a coherence.
+const SEGMENTS: usize = 7;
+const LONGEST: usize = 2048;
+
+impl Response {
+    /// The response from the motor's effort to the motion; none where either was not logged or too little was.
+    pub fn of(runs: &[RunTraces]) -> Option<Self> {
+        let run = runs.iter().filter(|run| run.is_held_out || runs.len() == 1).max_by_key(|run| run.samples())?;
+        let find = |signals: &[Signal]| signals.iter().find_map(|signal| run.trace(*signal));
+        let input = find(&[Signal::ControlEffort, Signal::Current, Signal::Thrust])?;
+        let output = find(&[Signal::Velocity, Signal::Position])?;
+        let samples = input.measured.len().min(MOST);
+        let length = (samples / (SEGMENTS / 2 + 1)).min(LONGEST);
+        let length = if length < 8 { return None } else { 1usize << length.ilog2() };
+        let response = |of: fn(&Trace) -> &Vec<f64>| {
+            let (u, y) = (of(input), of(output));
+            let count = samples.min(u.len()).min(y.len());
+            welch(&u[..count], &y[..count], run.period_s, length).unwrap_or_default()
+        };
+        let measured = response(|trace| &trace.measured);
+        (!measured.is_empty()).then(|| Self {
+            input: input.signal,
+            output: output.signal,
+            run: run.name.clone(),
+            before: response(|trace| &trace.before),
+            after: response(|trace| &trace.after),
+            measured,
+        })
+    }
+}
