@@ -93,17 +93,20 @@ function sceneView(root) {
     return { q, gap: errors ? sampled(trace.at, errors, sample) : null, trace };
   }
 
-  // Camera: parallel projection, as in the still picture.
+  // Camera: parallel projection, as in the still picture; the first view fills the canvas.
+  let spans = null;
   function camera(width, height) {
     const { azimuth: a, elevation: e, zoom } = view;
     const right = [Math.cos(a), -Math.sin(a), 0], up = [Math.sin(a) * Math.sin(e), Math.cos(a) * Math.sin(e), Math.cos(e)];
     const toward = [-Math.sin(a) * Math.cos(e), -Math.cos(a) * Math.cos(e), Math.sin(e)];
-    let spanX = 0, spanY = 0;
-    for (let k = 0; k < 8; k++) {
-      const p = [0, 1, 2].map(n => box[k >> n & 1][n] - middle[n]);
-      spanX = Math.max(spanX, Math.abs(dot(p, right))); spanY = Math.max(spanY, Math.abs(dot(p, up)));
+    if (!spans) {
+      spans = [0, 0];
+      for (const { vertices } of surfaces) for (let k = 0; k < vertices.length; k += 3) {
+        const p = [0, 1, 2].map(n => vertices[k + n] - middle[n]);
+        spans = [Math.max(spans[0], Math.abs(dot(p, right))), Math.max(spans[1], Math.abs(dot(p, up)))];
+      }
     }
-    const scale = zoom * Math.min((width - 30) / (2 * spanX), (height - 70) / (2 * spanY));
+    const scale = zoom * Math.min((width - 30) / (2 * spans[0]), (height - 60) / (2 * spans[1]));
     return { right, up, toward, scale, width, height, project(p) {
       const d = [p[0] - middle[0], p[1] - middle[1], p[2] - middle[2]];
       return [width / 2 + scale * dot(d, right), height / 2 + 8 - scale * dot(d, up), dot(d, toward)];
@@ -213,7 +216,7 @@ function sceneView(root) {
   }
 
   function ghost(g, c, look, of) {
-    g.strokeStyle = state.twin === "before" ? c.before : c.after; g.lineWidth = 1.6;
+    g.strokeStyle = state.twin === "before" ? c.before : c.after; g.lineWidth = 1.1;
     g.beginPath();
     for (const surface of surfaces) {
       if (!surface.moves) continue;
@@ -241,11 +244,11 @@ function sceneView(root) {
     g.fillStyle = c.ink; g.fillText(text, x, y);
   }
   function direction(g, c, look) {
-    const from = [middle[0], middle[1], box[1][2] + 0.07 * size], to = from.map((x, k) => x + 0.2 * size * machine.axis[k]);
-    const [a, b] = [look.project(from), look.project(to)];
+    const flat = [dot(machine.axis, look.right), -dot(machine.axis, look.up)], long = 44 / Math.max(Math.hypot(...flat), 0.2);
+    const at = [look.width - 62, look.height - 40], half = flat.map(x => x * long / 2);
     g.strokeStyle = g.fillStyle = c.after; g.lineWidth = 2;
-    arrow(g, a, b);
-    label(g, c, turning ? "+ axis" : "+", b[0], b[1] - 7, "center");
+    arrow(g, [at[0] - half[0], at[1] - half[1]], [at[0] + half[0], at[1] + half[1]]);
+    label(g, c, turning ? "+ axis" : "+ direction", look.width - 12, look.height - 8, "right");
   }
   function scaleBar(g, c, look) {
     const wanted = 0.22 * look.width / look.scale, decade = 10 ** Math.floor(Math.log10(wanted));
@@ -262,19 +265,21 @@ function sceneView(root) {
     const most = Math.max(...all.values.flat().map(Math.abs), 1e-9);
     const [rest] = all.values;
     g.lineWidth = 3;
+    const middleX = machine.sliders.reduce((sum, [, place]) => sum + look.project(of(place))[0], 0) / machine.sliders.length;
     machine.sliders.forEach(([name, place], n) => {
       const load = all.values[k][n], p = of(place);
       const from = look.project(p), to = look.project([p[0], p[1], p[2] + 0.22 * size * load / most]);
       g.strokeStyle = g.fillStyle = c.third;
       arrow(g, from, to);
       const change = load - rest[n];
-      const text = `${name.slice(-1).toUpperCase()} ${load.toFixed(0)} N (${change < 0 ? "−" : "+"}${Math.abs(change).toFixed(1)})`;
-      label(g, c, text, to[0], to[1] - 6, "center");
+      const more = look.width > 520 ? ` (${change < 0 ? "−" : "+"}${Math.abs(change).toFixed(1)})` : "";
+      const text = `${name.slice(-1).toUpperCase()} ${load.toFixed(0)} N${more}`, isLeft = to[0] < middleX;
+      label(g, c, text, to[0] + (isLeft ? -7 : 7), to[1] + 2, isLeft ? "right" : "left");
       g.lineWidth = 3;
     });
   }
   function tell({ q, gap, trace }) {
-    const nice = (x, unit) => `${Number(x.toPrecision(4))} ${unit}`;
+    const nice = (x, unit) => `${String(Number(x.toPrecision(4))).replace("-", "−")} ${unit}`;
     const parts = [];
     if (trace) parts.push(`position ${nice(q * trace.factor, trace.unit)}`);
     if (gap !== null && gap !== undefined) parts.push(`machine less twin ${nice(gap * trace.errorFactor, trace.errorUnit)}, drawn ${state.factor} times as large`);

@@ -181,6 +181,7 @@ function tracesView(root) {
     for (const [t, word] of run.events) {
       const x = X(t), takes = g.measureText(word).width;
       if (t < t0 || t > t1 || x < free || x + takes > width - RIGHT) continue;
+      g.lineWidth = 3; g.lineJoin = "round"; g.strokeStyle = c.ground; g.strokeText(word, x + 3, head + 10);
       g.fillText(word, x + 3, head + 10);
       free = x + takes + 8;
     }
@@ -225,7 +226,7 @@ function axes(g, c, { low, high, t0, t1, X, Y, head, body, width, isLast }) {
   g.font = "11.5px system-ui,sans-serif"; g.lineWidth = 1; g.strokeStyle = c.line; g.fillStyle = c.pale;
   const bottom = head + body, left = X(t0), right = X(t1);
   g.textAlign = "right";
-  for (const [y, text] of ticks(low, high, Math.max(2, Math.min(6, body / 32)))) {
+  for (const [y, text] of ticks(low, high, Math.max(3, Math.min(6, body / 24)))) {
     g.beginPath(); g.moveTo(left, Y(y)); g.lineTo(right, Y(y)); g.stroke();
     g.fillText(text, left - 6, Y(y) + 4);
   }

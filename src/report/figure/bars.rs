@@ -80,14 +80,12 @@ impl Bars {
             }
             y += row_height(row, above);
         }
-        draw.text(
-            [0.5 * (left + right), start + height + 29.0],
-            FONT - 1.0,
-            "pale axis",
-            "middle",
-            &self.axis.label,
-        );
-        head + height + 36.0
+        let label = lines(&self.axis.label, FONT - 1.0, width.px() - 16.0);
+        let middle = if label.len() > 1 { 0.5 * width.px() } else { 0.5 * (left + right) };
+        for (k, line) in label.iter().enumerate() {
+            draw.text([middle, start + height + 29.0 + 14.0 * k as f64], FONT - 1.0, "pale axis", "middle", line);
+        }
+        head + height + 22.0 + 14.0 * label.len() as f64
     }
 
     fn label_width(&self) -> f64 {

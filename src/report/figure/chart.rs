@@ -116,7 +116,7 @@ impl Chart {
 
     fn grid(&self, draw: &mut Draw, frame: &Frame, width: Width) {
         let mut lines = String::new();
-        for (value, text) in self.y.ticks((self.height / 32.0).clamp(2.0, 6.0) as usize) {
+        for (value, text) in self.y.ticks((self.height / 24.0).clamp(3.0, 6.0) as usize) {
             let y = self.up(frame, value);
             let _ = write!(lines, "M{LEFT} {y:.1}H{:.1}", frame.right);
             draw.text([LEFT - 6.0, y + 4.0], FONT, "pale", "end", &text);
@@ -196,7 +196,7 @@ impl Chart {
             draw.path(&format!("M{x:.1} {:.1}v{:.1}", frame.top, frame.height), "event");
             let takes = text_width(word, FONT - 1.0);
             if !word.is_empty() && x >= free && x + takes < frame.right {
-                draw.text([x + 3.0, frame.top + 11.0], FONT - 1.0, "eventword", "start", word);
+                draw.text([x + 3.0, frame.top + 11.0], FONT - 1.0, "eventword halo", "start", word);
                 free = x + takes + 8.0;
             }
         }

@@ -31,7 +31,7 @@ impl Heat {
             draw.cell([left + k as f64 * each, y], [each, HEIGHT], "f heat", full);
             let text = if *share >= 0.995 { "> 99 %".to_owned() } else { format!("{:.0} %", 100.0 * share) };
             if each > 38.0 && *share >= 0.005 {
-                let class = if full > 0.55 { "onheat" } else { "" };
+                let class = if full > 0.72 { "onheat" } else { "" };
                 let middle = left + (k as f64 + 0.5) * each;
                 draw.text([middle, y + 0.5 * HEIGHT + 4.0], FONT, class, "middle", &text);
             }

@@ -24,7 +24,7 @@ impl SignalPath {
         draw.rect([x, y], [w, h], "f ground");
         draw.cell([x, y], [w, h], "f heat", 0.92 * full);
         draw.path(&format!("M{x:.1} {y:.1}h{w:.1}v{h:.1}h-{w:.1}z"), "frame");
-        let class = if full > 0.55 { "onheat strong" } else { "strong" };
+        let class = if full > 0.72 { "onheat strong" } else { "strong" };
         if h > 40.0 {
             draw.text([x + 0.5 * w, y + 22.0], FONT, class, "middle", name);
             draw.text([x + 0.5 * w, y + 42.0], FONT, class, "middle", text);

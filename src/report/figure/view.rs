@@ -67,12 +67,11 @@ impl View {
             let letter: String = name.chars().rev().take(1).collect::<String>().to_uppercase();
             draw.text([x, top + y + 4.0], 12.0, "strong halo", "middle", &letter);
         }
-        let [low, high] = self.shape.bounds();
-        let middle: [f64; 3] = std::array::from_fn(|k| 0.5 * (low[k] + high[k]));
-        let reach = (0..3).map(|k| high[k] - low[k]).fold(0.0, f64::max) * 0.2;
-        let from = [middle[0], middle[1], high[2] + 0.35 * reach];
-        let to: [f64; 3] = std::array::from_fn(|k| from[k] + reach * self.shape.axis[k]);
-        let ([x0, y0, _], [x1, y1, _]) = (camera.project(from), camera.project(to));
+        let middle = [camera.size[0] - 78.0, camera.size[1] - 26.0];
+        let flat = [dot(self.shape.axis, camera.right), -dot(self.shape.axis, camera.up)];
+        let long = 44.0 / flat[0].hypot(flat[1]).max(0.2);
+        let (x0, y0) = (middle[0] - 0.5 * long * flat[0], middle[1] - 0.5 * long * flat[1]);
+        let (x1, y1) = (x0 + long * flat[0], y0 + long * flat[1]);
         let (dx, dy) = (x1 - x0, y1 - y0);
         let length = dx.hypot(dy).max(1.0);
         let (ux, uy) = (dx / length, dy / length);

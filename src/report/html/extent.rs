@@ -19,7 +19,7 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     let heads =
         ["signal", ">unseen runs, before", ">unseen runs, after", ">training, before", ">training, after", ">noise floor σ"];
     let rows: Vec<Vec<String>> = gap.signals.iter().map(|signal| row(signal, material)).collect();
-    part.remark("RMS of recorded less predicted. Unseen runs are held out: no parameter was fitted to them.");
+    part.remark("Unseen runs are held out: no parameter was fitted to them.");
     part.table(&heads, &rows);
     part.folded("Peaks, mean errors, determination, noise", detail(diagnosis, material.motion));
     part

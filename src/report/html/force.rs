@@ -86,6 +86,7 @@ fn over_one(force: &Force, scale: &Scale, word: &str, quantity: &[f64], across: 
 
 /// Values without the outermost half per cent on either side: one spike does not decide the axis.
 fn robust(mut values: Vec<f64>) -> Vec<f64> {
+    values.retain(|value| value.is_finite());
     values.sort_by(f64::total_cmp);
     let cut = values.len() / 200;
     let end = values.len() - cut;
@@ -97,8 +98,12 @@ fn in_time(force: &Force, scale: &Scale, law: &str) -> Figure {
     let curve = |samples: Vec<f64>| -> Vec<[f64; 2]> {
         force.time_s[..*count].iter().zip(samples).map(|(t, y)| [*t, scale.to(y)]).collect()
     };
-    let (before, after) = (curve(force.before.clone()), curve(force.after.clone()));
-    let fitted = curve(force.law().collect());
+    let moves = force.moves();
+    let moving = |samples: Vec<f64>| -> Vec<f64> {
+        samples.iter().zip(&moves).map(|(y, moves)| if *moves { *y } else { f64::NAN }).collect()
+    };
+    let (before, after) = (curve(moving(force.before.clone())), curve(moving(force.after.clone())));
+    let fitted = curve(moving(force.law().collect()));
     let heights = robust(before.iter().chain(&after).map(|p| p[1]).collect());
     let end = force.time_s[..*count].last().copied().unwrap_or(1.0);
     let chart = Chart {
@@ -113,7 +118,7 @@ fn in_time(force: &Force, scale: &Scale, law: &str) -> Figure {
         height: 160.0,
         has_x_labels: true,
     };
-    let caption = format!("The same along one run, with the fitted law: {law}. At standstill friction takes any value.");
+    let caption = format!("The same along one run, with the fitted law: {law}. Left out at standstill, where friction takes any value.");
     Figure::new("force_time", caption, vec![Panel::Chart(chart)]).legend([
         (Ink::Before, "lacking before"),
         (Ink::After, "lacking with the causes"),

@@ -31,7 +31,11 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
     let facts: String = facts(diagnosis)
         .iter()
         .map(|(value, what)| {
-            format!("<li><strong>{}</strong><span>{}</span></li>", escape(value), escape(what))
+            format!(
+                "<li><strong>{}</strong><span>{}</span></li>",
+                escape(&unbroken(value)),
+                escape(&unbroken(what))
+            )
         })
         .collect();
     format!(
@@ -40,8 +44,23 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
         escape(&diagnosis.data.machine),
         class(diagnosis.verdict),
         escape(word(diagnosis.verdict)),
-        escape(&sentence(diagnosis, motion)),
+        escape(&unbroken(&sentence(diagnosis, motion))),
     )
+}
+
+/// The words with numbers that no line may part from their units.
+pub(super) fn unbroken(words: &str) -> String {
+    let letters: Vec<char> = words.chars().collect();
+    let around = |k: usize| (k.checked_sub(1).and_then(|b| letters.get(b)), letters.get(k + 1));
+    let holds = |k: usize| match around(k) {
+        (Some(before), Some(after)) => {
+            let is_unit = "%µ±×".contains(*after)
+                || (after.is_alphabetic() && letters[k + 1..].iter().take_while(|c| !c.is_whitespace()).count() <= 6);
+            "<>±→×".contains(*before) || (before.is_ascii_digit() && is_unit)
+        }
+        _ => false,
+    };
+    letters.iter().enumerate().map(|(k, c)| if *c == ' ' && holds(k) { '\u{a0}' } else { *c }).collect()
 }
 
 /// The head of a page that is no diagnosis.

@@ -106,18 +106,18 @@ fn along_time(run: &RunTraces, diagnosis: &Diagnosis, material: &Material) -> Fi
     let mut marks = vec![Mark::line(Ink::Reference, points)];
     marks.extend(run.events.iter().map(|e| Mark::Event { x: e.time_s, word: e.word.to_owned() }));
     let chart = Chart {
-        title: format!("Along the run {}", run.name),
+        title: format!("Commanded position, run {}", run.name),
         x: Axis::linear("", [0.0, end]),
-        y: Axis::holding(scale.label("command"), run.reference.iter().map(|x| scale.to(*x))),
+        y: Axis::holding(scale.unit.clone(), run.reference.iter().map(|x| scale.to(*x))),
         marks,
         height: 90.0,
         has_x_labels: false,
     };
     // The strip lies below the drawn area of the chart.
     let strip = Chart {
-        title: String::new(),
+        title: "share of the run's gap".to_owned(),
         x: Axis::linear("time in s", [0.0, end]),
-        y: Axis::linear("gap, %", [0.0, 100.0 * energy.iter().copied().fold(0.0, f64::max) / total.max(1e-300)]),
+        y: Axis::linear("%", [0.0, 100.0 * energy.iter().copied().fold(0.0, f64::max) / total.max(1e-300)]),
         marks: vec![Mark::line(
             Ink::Before,
             energy.iter().enumerate().flat_map(|(k, e)| {

@@ -51,24 +51,24 @@ fn spectra(spectra: &[Spectrum], motion: Motion) -> Figure {
 
 /// Magnitude, phase and coherence.
 pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
-    let Response { input, output, measured, before, after, run } = response;
+    let Response { input, output, measured, before, after, run, highest_hz } = response;
+    // Where its input holds nothing, a response is noise over nothing.
+    let sure = |p: &Point, value: f64| if p.coherence >= COHERENT { value } else { f64::NAN };
     let magnitude = |points: &[Point]| -> Vec<[f64; 2]> {
-        points.iter().map(|p| [p.frequency_hz, p.response().norm()]).collect()
+        points.iter().map(|p| [p.frequency_hz, sure(p, p.response().norm())]).collect()
     };
     let phase = |points: &[Point]| -> Vec<[f64; 2]> {
-        points.iter().map(|p| [p.frequency_hz, p.response().arg().to_degrees()]).collect()
+        points.iter().map(|p| [p.frequency_hz, sure(p, p.response().arg().to_degrees())]).collect()
     };
-    let sure: Vec<Point> = measured.iter().copied().filter(|p| p.coherence >= COHERENT).collect();
-    let shown = if sure.len() < 4 { measured.clone() } else { sure };
     let frequencies: Vec<f64> = measured.iter().map(|p| p.frequency_hz).collect();
-    let heights: Vec<f64> = [&shown[..], before, after].into_iter().flat_map(magnitude).map(|p| p[1]).collect();
+    let heights: Vec<f64> = [&measured[..], before, after].into_iter().flat_map(magnitude).map(|p| p[1]).collect();
     let across = |label: &str| Axis::decades(label, frequencies.iter().copied());
     let unit = format!("{} per {}", output.si_unit(motion), input.si_unit(motion));
     let three = |of: &dyn Fn(&[Point]) -> Vec<[f64; 2]>| {
         vec![
             Mark::line(Ink::Before, of(before)),
             Mark::line(Ink::After, of(after)),
-            Mark::Dots { ink: Ink::Measured, points: of(&shown) },
+            Mark::Dots { ink: Ink::Measured, points: of(measured) },
         ]
     };
     let chart = |title: &str, x: Axis, y: Axis, marks: Vec<Mark>, height: f64| {
@@ -88,8 +88,12 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
             80.0,
         ),
     ];
+    let beyond = match before.is_empty() {
+        true => String::new(),
+        false => format!("; beyond {highest_hz:.0} Hz the recording holds more noise than motion"),
+    };
     let caption = format!(
-        "Frequency response, {words}, run {run}, in closed loop. Of the recording, points of coherence above {COHERENT} are shown."
+        "Frequency response, {words}, run {run}, in closed loop, where the coherence is above {COHERENT}{beyond}."
     );
     let legend = if before.is_empty() {
         vec![(Ink::Measured, "recorded")]

@@ -37,15 +37,16 @@ impl Force {
     /// # Errors
     /// What a replay refuses.
     pub fn of(experiments: &[&Experiment], [stated, improved]: [&Machine; 2]) -> Result<Option<Self>> {
+        let pair = LawPair::of(stated, improved)?;
         let total: usize = experiments.iter().map(|e| e.samples()).sum();
         let every = total.div_ceil(MOST).max(1);
         let mut all = Self::default();
         for (place, experiment) in experiments.iter().enumerate() {
             let before = Motion::of(experiment, stated)?;
-            let after = Motion::of(experiment, improved)?;
-            if before.missing_force.is_empty() || after.missing_force.is_empty() {
+            if before.missing_force.is_empty() {
                 return Ok(None);
             }
+            let law = pair.law(experiment)?;
             let period = experiment.run().sample_period_s();
             for k in (0..before.missing_force.len()).step_by(every) {
                 all.time_s.push(k as f64 * period);
@@ -53,7 +54,7 @@ impl Force {
                 all.velocity.push(before.velocity[k]);
                 all.acceleration.push(before.acceleration[k]);
                 all.before.push(before.missing_force[k]);
-                all.after.push(after.missing_force[k]);
+                all.after.push(before.missing_force[k] - law[k]);
             }
             if place == 0 {
                 all.first = (experiment.run().name().to_owned(), all.before.len());
@@ -82,6 +83,30 @@ impl Force {
             let chosen: Vec<usize> = (0..law.len()).filter(of).collect();
             binned(chosen.iter().map(|&k| [quantity[k], law[k]]).collect())
         })
+    }
+}
+
+/// Two machines whose missing forces differ by the law.
+///
+/// # Model
+/// Where the base is the same in both, it is left out of both: friction at standstill changes its sign with every grain
+/// of noise, and a base driven by that rings on into the motion. What the law itself makes of the base is neglected,
+/// the ratio of the moving mass to the modal masses.
+struct LawPair([Machine; 2]);
+
+impl LawPair {
+    fn of(stated: &Machine, improved: &Machine) -> Result<Self> {
+        let is_same = stated.constants().modes == improved.constants().modes;
+        let rigid = |machine: &Machine| match is_same && machine.description().base.is_some() {
+            true => machine.with_settings([("base.mode", toml::Value::Array(Vec::new()))]),
+            false => Ok(machine.clone()),
+        };
+        Ok(Self([rigid(stated)?, rigid(improved)?]))
+    }
+
+    fn law(&self, experiment: &Experiment) -> Result<Vec<f64>> {
+        let [before, after] = [Motion::of(experiment, &self.0[0])?, Motion::of(experiment, &self.0[1])?];
+        Ok(before.missing_force.iter().zip(&after.missing_force).map(|(b, a)| b - a).collect())
     }
 }
 

@@ -1,6 +1,7 @@
 //! Frequency response of the machine and of its twins, with coherence.
 
 use super::RunTraces;
+use super::spectrum::density;
 use super::traces::Trace;
 use crate::identify::frequency_response::{Point, welch};
 use crate::recording::Signal;
@@ -14,6 +15,8 @@ pub struct Response {
     pub output: Signal,
     /// The run.
     pub run: String,
+    /// Beyond this the recording holds more noise than motion, and a response in closed loop is the controller's.
+    pub highest_hz: f64,
     /// Measured.
     pub measured: Vec<Point>,
     /// Of the twin as it is; empty where there is no twin.
@@ -27,6 +30,24 @@ const MOST: usize = 40_000;
 /// Segments overlap by half; so many make a coherence.
 const SEGMENTS: usize = 7;
 const LONGEST: usize = 2048;
+
+/// Highest frequency in Hz up to which the input holds more motion than noise; half the sample rate without a twin.
+fn highest(input: &Trace, period_s: f64) -> f64 {
+    let noise: Vec<f64> = input.measured.iter().zip(&input.after).map(|(m, p)| m - p).collect();
+    let count = noise.len();
+    let (motion, noise) = (density(&input.after, period_s), density(&noise, period_s));
+    // A tenth of a decade is looked at together: single lines scatter.
+    let mut from = 2;
+    while from < noise.len() {
+        let to = (from + from / 4 + 1).min(noise.len());
+        let sum = |lines: &[f64]| lines[from..to].iter().sum::<f64>();
+        if sum(&motion) < sum(&noise) {
+            return from as f64 / (count as f64 * period_s);
+        }
+        from = to;
+    }
+    0.5 / period_s
+}
 
 impl Response {
     /// The response from the motor's effort to the motion; none where either was not logged or too little was.
@@ -44,13 +65,19 @@ impl Response {
             welch(&u[..count], &y[..count], run.period_s, length).unwrap_or_default()
         };
         let measured = response(|trace| &trace.measured);
+        let highest_hz = highest(input, run.period_s).max(8.0 / (length as f64 * run.period_s));
+        let below = |mut points: Vec<Point>| {
+            points.retain(|point| point.frequency_hz <= highest_hz);
+            points
+        };
         (!measured.is_empty()).then(|| Self {
             input: input.signal,
             output: output.signal,
             run: run.name.clone(),
-            before: response(|trace| &trace.before),
-            after: response(|trace| &trace.after),
-            measured,
+            highest_hz,
+            before: below(response(|trace| &trace.before)),
+            after: below(response(|trace| &trace.after)),
+            measured: below(measured),
         })
     }
 }

@@ -51,7 +51,7 @@ pub fn of(runs: &[RunTraces], motion: Motion) -> Vec<Spectrum> {
 }
 
 /// Power spectral density, one-sided, under a Hann window.
-fn density(samples: &[f64], period_s: f64) -> Vec<f64> {
+pub(super) fn density(samples: &[f64], period_s: f64) -> Vec<f64> {
     let count = samples.len();
     let mean = samples.iter().sum::<f64>() / count.max(1) as f64;
     let window = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / count as f64).cos();
