@@ -79,6 +79,9 @@ const NARROW_COLUMNS: usize = 140;
 /// Dots that are drawn at most.
 const DOTS: usize = 900;
 
+/// Fewer dots are drawn larger.
+const FEW: usize = 250;
+
 /// Where the drawn area lies.
 struct Frame {
     top: f64,
@@ -159,7 +162,8 @@ impl Chart {
                     let (x, y) = (self.across(frame, *x), self.up(frame, *y));
                     let _ = write!(data, "M{x:.1} {y:.1}h.1");
                 }
-                draw.path(&data, &format!("dots {}", ink.class()));
+                let size = if points.len() < FEW { " few" } else { "" };
+                draw.path(&data, &format!("dots {}{size}", ink.class()));
             }
             Mark::Band { ink, range: [from, to] } => {
                 let (low, high) = (self.up(frame, *from), self.up(frame, *to));

@@ -1,5 +1,6 @@
 //! The page: one file with its style, its figures, its data and its script, nothing to be fetched.
 
+use super::head::unbroken;
 use crate::report::figure::{self, Figure, Width, escape};
 
 const TEMPLATE: &str = include_str!("../../../assets/report/page.html");
@@ -159,7 +160,7 @@ impl Part {
             self.html += "<tr>";
             for (head, cell) in heads.iter().zip(row) {
                 let (class, label) = (class(head), word(head));
-                self.html += &format!("<td{class} data-label=\"{label}\">{}</td>", escape(cell));
+                self.html += &format!("<td{class} data-label=\"{label}\">{}</td>", escape(&unbroken(cell)));
             }
             self.html += "</tr>\n";
         }

@@ -18,7 +18,7 @@ pub(super) fn part(shape: &MachineShape, plays: bool) -> Part {
     let mut still = Part::default();
     still.figure(Figure::new("machine", caption, vec![Panel::View(View { shape: shape.clone() })]));
     if plays {
-        still.remark("With scripts allowed, this view turns, and plays the recorded motion.");
+        still.raw("<p class=\"hint\">With scripts allowed, this view turns, and plays the recorded motion.</p>\n");
     }
     part.live("scene", still);
     part

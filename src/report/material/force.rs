@@ -28,6 +28,8 @@ pub struct Force {
 const MOST: usize = 24_000;
 /// Bins of the law over a quantity.
 const BINS: usize = 60;
+/// A law follows a quantity where less than this share of its mean square lies beside the medians.
+const FOLLOWS: f64 = 0.3;
 /// Below this share of the largest speed an axis stands still, and friction takes any value.
 const STILL: f64 = 0.01;
 
@@ -74,7 +76,8 @@ impl Force {
         self.velocity.iter().map(|v| v.abs() > STILL * most).collect()
     }
 
-    /// The law over a quantity: median of each bin that holds moving samples, apart for either direction.
+    /// The law over a quantity: median of each bin that holds moving samples, apart for either direction; empty where the
+    /// law does not follow the quantity.
     pub fn law_over(&self, quantity: &[f64]) -> [Vec<[f64; 2]>; 2] {
         let moves = self.moves();
         let law: Vec<f64> = self.law().collect();
@@ -83,6 +86,7 @@ impl Force {
             let chosen: Vec<usize> = (0..law.len()).filter(of).collect();
             binned(chosen.iter().map(|&k| [quantity[k], law[k]]).collect())
         })
+        .map(Option::unwrap_or_default)
     }
 }
 
@@ -111,11 +115,11 @@ impl LawPair {
 }
 
 /// Medians of evenly spaced bins; bins of few samples are left out.
-fn binned(pairs: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+fn binned(pairs: Vec<[f64; 2]>) -> Option<Vec<[f64; 2]>> {
     let [from, to] = crate::report::figure::axis::extremes(pairs.iter().map(|p| p[0]));
     let width = (to - from) / BINS as f64;
     if pairs.len() < BINS || width <= 0.0 {
-        return Vec::new();
+        return None;
     }
     let mut bins: Vec<Vec<[f64; 2]>> = vec![Vec::new(); BINS];
     for pair in pairs {
@@ -126,5 +130,12 @@ fn binned(pairs: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
-    bins.iter().filter(|bin| bin.len() >= 4).map(|bin| [median(bin, 0), median(bin, 1)]).collect()
+    let full: Vec<(&Vec<[f64; 2]>, [f64; 2])> =
+        bins.iter().filter(|bin| bin.len() >= 4).map(|bin| (bin, [median(bin, 0), median(bin, 1)])).collect();
+    let (mut beside, mut whole) = (0.0, 0.0);
+    for (bin, [_, middle]) in &full {
+        beside += bin.iter().map(|p| (p[1] - middle).powi(2)).sum::<f64>();
+        whole += bin.iter().map(|p| p[1].powi(2)).sum::<f64>();
+    }
+    (beside < FOLLOWS * whole).then(|| full.into_iter().map(|(_, point)| point).collect())
 }
