@@ -111,8 +111,8 @@ fn exact_numbers_stand_without_a_script() {
     let Made { machine, diagnosis, .. } = made();
     let words = words(page());
     assert!(words.contains(&sentence(diagnosis, machine.motion())), "{}", &words[..800]);
-    for word in [&diagnosis.data.sha256, &diagnosis.data.training[0], COMMAND] {
-        assert!(words.contains(word.as_str()), "{word}");
+    for word in [&diagnosis.data.sha256[..], &diagnosis.data.training[0], COMMAND] {
+        assert!(words.contains(word), "{word}");
     }
     for label in ["time in s", "frequency in Hz", "speed in m/min", "position in mm", "acceleration in m/s²", "held out", "training"] {
         assert!(words.contains(label), "{label}");

@@ -135,7 +135,11 @@ function sceneView(root) {
     const moves = mover(now.q, base);
     paint(g, c, look, ratio, surface => surface.moves ? moves : stands);
     if (now.gap !== null && state.twin) ghost(g, c, look, mover(now.q - state.factor * now.gap, base));
-    direction(g, c, look, base);
+    if (turning) {
+      spoke(g, c.measured, look, moves);
+      if (now.gap !== null && state.twin) spoke(g, state.twin === "before" ? c.before : c.after, look, mover(now.q - state.factor * now.gap, base));
+    }
+    direction(g, c, look);
     scaleBar(g, c, look);
     if (state.loads) loads(g, c, look, moves);
     tell(now);
@@ -227,6 +231,26 @@ function sceneView(root) {
       }
     }
     g.stroke();
+  }
+  // A mark on what turns: without it a disc seems to stand.
+  let rim = null;
+  function spoke(g, colour, look, of) {
+    if (!rim) {
+      const o = machine.origin, n = machine.axis;
+      const across = Math.abs(n[2]) < 0.9 ? [0, 0, 1] : [1, 0, 0];
+      const r = [n[1] * across[2] - n[2] * across[1], n[2] * across[0] - n[0] * across[2], n[0] * across[1] - n[1] * across[0]];
+      const length = Math.hypot(...r);
+      let top = -Infinity, reach = 0;
+      for (const { moves, vertices: v } of surfaces) if (moves) for (let k = 0; k < v.length; k += 3) {
+        const d = [v[k] - o[0], v[k + 1] - o[1], v[k + 2] - o[2]], along = dot(d, n);
+        top = Math.max(top, along); reach = Math.max(reach, Math.sqrt(Math.max(dot(d, d) - along * along, 0)));
+      }
+      const centre = o.map((x, k) => x + top * n[k]);
+      rim = [centre, centre.map((x, k) => x + reach * r[k] / length)];
+    }
+    const [a, b] = rim.map(p => look.project(of(p)));
+    g.strokeStyle = colour; g.lineWidth = 2.2;
+    g.beginPath(); g.moveTo(a[0], a[1]); g.lineTo(b[0], b[1]); g.stroke();
   }
   function arrow(g, from, to) {
     const dx = to[0] - from[0], dy = to[1] - from[1], length = Math.hypot(dx, dy);

@@ -157,7 +157,9 @@ impl Chart {
             Mark::Dots { ink, points } => {
                 let every = points.len().div_ceil(DOTS).max(1);
                 let mut data = String::new();
-                let inside = points.iter().step_by(every).filter(|p| p.iter().all(|x| x.is_finite()));
+                let inside = points.iter().step_by(every).filter(|p| {
+                    p.iter().all(|x| x.is_finite()) && (-0.005..=1.005).contains(&self.x.place(p[0]))
+                });
                 for [x, y] in inside {
                     let (x, y) = (self.across(frame, *x), self.up(frame, *y));
                     let _ = write!(data, "M{x:.1} {y:.1}h.1");

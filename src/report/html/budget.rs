@@ -9,7 +9,7 @@ use crate::report::sentence::phrase;
 
 /// A calibration that closes less is not set apart from its cause.
 const NOTABLE: f64 = 0.005;
-const INKS: [Ink; 3] = [Ink::Law, Ink::Second, Ink::Third];
+const INKS: [Ink; 5] = [Ink::Law, Ink::Second, Ink::Third, Ink::After, Ink::Before];
 
 /// The section.
 pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {

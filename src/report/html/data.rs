@@ -9,11 +9,15 @@ use serde_json::{Value, json};
 pub(super) const MOST_SAMPLES: usize = 50_000;
 /// Samples of all traces together, at most: eight bytes each.
 const MOST_TOGETHER: usize = 300_000;
+/// The same where samples are left out: which ones are there takes four bytes more.
+const MOST_THINNED: usize = 160_000;
 
 /// What the script of a page reads.
 pub(super) fn of(motion: Motion, runs: &[RunTraces], shape: Option<&MachineShape>) -> Value {
-    let traces: usize = runs.iter().map(|run| run.traces.len()).sum();
-    let each = (MOST_TOGETHER / traces.max(1)).min(MOST_SAMPLES);
+    let samples = |run: &RunTraces| run.traces.iter().map(|trace| trace.measured.len()).collect::<Vec<usize>>();
+    let lengths: Vec<usize> = runs.iter().flat_map(samples).collect();
+    let fits = lengths.iter().sum::<usize>() <= MOST_TOGETHER && lengths.iter().all(|n| *n <= MOST_SAMPLES);
+    let each = if fits { MOST_SAMPLES } else { (MOST_THINNED / lengths.len().max(1)).min(MOST_SAMPLES) };
     json!({
         "motion": motion,
         "runs": runs.iter().map(|run| run_of(run, motion, each)).collect::<Vec<_>>(),

@@ -27,8 +27,9 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
         ));
         return part;
     };
+    let mass = if motion == Motion::Prismatic { "Mass" } else { "Inertia" };
     part.remark(&format!(
-        "Mass times measured acceleration, less every {word} that the twin knows of. Positive acts along positive \
+        "{mass} times measured acceleration, less every {word} that the twin knows of. Positive acts along positive \
          position; over speed, position and acceleration, moving samples of all runs."
     ));
     let effects: Vec<String> = diagnosis.causes.iter().map(|cause| cause.effect.clone()).collect();
@@ -66,6 +67,7 @@ fn over_one(force: &Force, scale: &Scale, word: &str, quantity: &[f64], across: 
     };
     let (before, after) = (dots(&force.before), dots(&force.after));
     let heights = robust(before.iter().chain(&after).map(|p| p[1]).collect());
+    let widths = robust(before.iter().map(|p| p[0]).collect());
     let mut marks = vec![
         Mark::Dots { ink: Ink::Before, points: before.clone() },
         Mark::Dots { ink: Ink::After, points: after },
@@ -76,7 +78,7 @@ fn over_one(force: &Force, scale: &Scale, word: &str, quantity: &[f64], across: 
     }
     Chart {
         title: format!("over {word}"),
-        x: Axis::holding(across.label(word), before.iter().map(|p| p[0])),
+        x: Axis::holding(across.label(word), widths),
         y: Axis::holding(scale.unit.clone(), heights),
         marks,
         height: 150.0,

@@ -6,6 +6,9 @@ use crate::report::number::{percent, plain, probability};
 use crate::report::sentence;
 use crate::units::Motion;
 
+/// A sentence of more letters is set smaller.
+const LONG: usize = 190;
+
 /// The verdict in a word.
 pub(super) fn word(verdict: Verdict) -> &'static str {
     match verdict {
@@ -28,6 +31,7 @@ fn class(verdict: Verdict) -> &'static str {
 pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
     let note = diagnosis.data.note.as_ref();
     let note = note.map_or_else(String::new, |note| format!("<p class=\"note\">Data: {}</p>\n", escape(note)));
+    let words = sentence(diagnosis, motion);
     let facts: String = facts(diagnosis)
         .iter()
         .map(|(value, what)| {
@@ -39,12 +43,13 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
         })
         .collect();
     format!(
-        "<header>\n<p class=\"machine\">{}<span class=\"badge {}\">{}</span></p>\n<h1>{}</h1>\n{note}\
+        "<header>\n<p class=\"machine\">{}<span class=\"badge {}\">{}</span></p>\n<h1{}>{}</h1>\n{note}\
          <ul class=\"facts\">{facts}</ul>\n</header>\n",
         escape(&diagnosis.data.machine),
         class(diagnosis.verdict),
         escape(word(diagnosis.verdict)),
-        escape(&unbroken(&sentence(diagnosis, motion))),
+        if words.chars().count() > LONG { " class=\"long\"" } else { "" },
+        escape(&unbroken(&words)),
     )
 }
 
