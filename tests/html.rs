@@ -18,7 +18,17 @@ const SLIDEWAY: &str = env!("CARGO_BIN_EXE_slideway");
 const MOST_BYTES: usize = 5_000_000;
 /// Sections of a diagnosis in the order in which a servo engineer asks.
 const ORDER: [&str; 11] = [
-    "extent", "budget", "where", "machine", "traces", "force", "spectrum", "hypotheses", "checks", "next", "provenance",
+    "extent",
+    "budget",
+    "where",
+    "machine",
+    "traces",
+    "force",
+    "spectrum",
+    "hypotheses",
+    "checks",
+    "next",
+    "provenance",
 ];
 const COMMAND: &str = "slideway diagnose assets/hidden_coulomb --html report.html";
 
@@ -82,7 +92,19 @@ fn run(arguments: &[&str]) -> Output {
 
 fn assert_fetches_nothing(page: &str, what: &str) {
     let lower = page.to_lowercase();
-    for word in ["http:", "https:", "src=", "url(", "@import", "@font-face", "<link", "<iframe", "fetch(", "xmlhttp", "import("] {
+    for word in [
+        "http:",
+        "https:",
+        "src=",
+        "url(",
+        "@import",
+        "@font-face",
+        "<link",
+        "<iframe",
+        "fetch(",
+        "xmlhttp",
+        "import(",
+    ] {
         assert!(!lower.contains(word), "{what} contains {word}");
     }
     for (at, _) in page.match_indices("href=\"") {
@@ -114,7 +136,15 @@ fn exact_numbers_stand_without_a_script() {
     for word in [&diagnosis.data.sha256[..], &diagnosis.data.training[0], COMMAND] {
         assert!(words.contains(word), "{word}");
     }
-    for label in ["time in s", "frequency in Hz", "speed in m/min", "position in mm", "acceleration in m/s²", "held out", "training"] {
+    for label in [
+        "time in s",
+        "frequency in Hz",
+        "speed in m/min",
+        "position in mm",
+        "acceleration in m/s²",
+        "held out",
+        "training",
+    ] {
         assert!(words.contains(label), "{label}");
     }
     // Every figure in both widths.
@@ -167,7 +197,19 @@ fn exact_a_turning_axis_is_in_rad_and_newton_metres() {
     let folder = TempDir::new().unwrap();
     let (out, file) = (folder.path().join("run"), folder.path().join("page.html"));
     let (out, file) = (out.to_str().unwrap(), file.to_str().unwrap());
-    let made = run(&["replay", "--machine", "models/delta_a3", "--plant", "axis", "--cell", "3@20", "--out", out, "--html", file]);
+    let made = run(&[
+        "replay",
+        "--machine",
+        "models/delta_a3",
+        "--plant",
+        "axis",
+        "--cell",
+        "3@20",
+        "--out",
+        out,
+        "--html",
+        file,
+    ]);
     assert!(made.status.success(), "{}", String::from_utf8_lossy(&made.stderr));
     let page = std::fs::read_to_string(file).unwrap();
     let words = words(&page);
@@ -194,7 +236,8 @@ fn eight_runs(samples: usize) -> Material {
         run.name = format!("{}_{k}", run.name);
         run
     };
-    let runs: Vec<RunTraces> = (0..8).map(|k| stretched(&material.runs[k % material.runs.len()], k)).collect();
+    let runs: Vec<RunTraces> =
+        (0..8).map(|k| stretched(&material.runs[k % material.runs.len()], k)).collect();
     material.runs = runs;
     material
 }
@@ -266,7 +309,11 @@ fn exact_every_command_makes_its_page() {
     let (_folder, paths) = folder_of(&["machine.html", "recording.html", "identified.html", "figures"]);
     let text: Vec<&str> = paths.iter().map(|path| path.to_str().unwrap()).collect();
     for (arguments, file, wanted) in [
-        (vec!["inspect", "models/grinder", "--html", text[0], "--figures", text[3]], 0, ["Base modes", "moving mass"]),
+        (
+            vec!["inspect", "models/grinder", "--html", text[0], "--figures", text[3]],
+            0,
+            ["Base modes", "moving mass"],
+        ),
         (vec!["inspect", "assets/hidden_coulomb", "--html", text[1]], 1, ["Signals", "Frequency response"]),
         (vec!["identify", "--machine", "models/grinder", "--html", text[2]], 2, ["W(z)", "phase"]),
     ] {
@@ -287,7 +334,8 @@ fn exact_every_command_makes_its_page() {
 #[test]
 fn exact_json_on_standard_output_stays_alone() {
     let (_folder, paths) = folder_of(&["page.html"]);
-    let mut arguments = vec!["diagnose", "assets/hidden_coulomb", "--json", "-", "--html", paths[0].to_str().unwrap()];
+    let mut arguments =
+        vec!["diagnose", "assets/hidden_coulomb", "--json", "-", "--html", paths[0].to_str().unwrap()];
     for effect in EffectId::ALL.iter().filter(|effect| **effect != EffectId::CoulombFriction) {
         arguments.extend(["--without", effect.name()]);
     }

@@ -18,6 +18,15 @@ function places(text, count) {
   return Uint32Array.from({ length: count }, (_, k) => k);
 }
 
+// A property that is worked out when it is first asked for.
+function lazy(object, name, make) {
+  Object.defineProperty(object, name, { configurable: true, enumerable: true, get() {
+    const value = make();
+    Object.defineProperty(object, name, { value });
+    return value;
+  } });
+}
+
 // One run as typed arrays, unpacked when it is first shown.
 const unpacked = new Map();
 function runOf(index) {
@@ -29,11 +38,12 @@ function runOf(index) {
     end: raw.samples * raw.period_s, events: raw.events, loads: raw.loads,
     reference: { at: places(raw.reference.at, reference.length), values: reference },
     traces: raw.traces.map(t => {
-      const values = floats(t.values);
-      return {
-        key: t.key, word: t.word, unit: t.unit, factor: t.factor, errorUnit: t.error_unit, errorFactor: t.error_factor,
-        at: places(t.at, values.length), values, before: shorts(t.before), after: shorts(t.after),
-      };
+      const trace = { key: t.key, word: t.word, unit: t.unit, factor: t.factor, errorUnit: t.error_unit, errorFactor: t.error_factor };
+      lazy(trace, "values", () => floats(t.values));
+      lazy(trace, "at", () => places(t.at, trace.values.length));
+      lazy(trace, "before", () => shorts(t.before));
+      lazy(trace, "after", () => shorts(t.after));
+      return trace;
     }),
   };
   unpacked.set(index, run);

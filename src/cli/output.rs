@@ -43,7 +43,9 @@ impl Pictures {
         std::fs::create_dir_all(folder).map_err(|error| {
             Error::io(folder, &error).key("--figures").remedy("name a folder in which you may write")
         })?;
-        page.figures.iter().try_for_each(|figure| write(&folder.join(format!("{}.svg", figure.name)), &figure.file()))
+        page.figures
+            .iter()
+            .try_for_each(|figure| write(&folder.join(format!("{}.svg", figure.name)), &figure.file()))
     }
 }
 
@@ -51,7 +53,11 @@ impl Pictures {
 pub(super) fn command_line() -> String {
     let quoted = |word: String| {
         let is_plain = |c: char| c.is_alphanumeric() || "-_./=@:,+".contains(c);
-        if !word.is_empty() && word.chars().all(is_plain) { word } else { format!("'{}'", word.replace('\'', "'\\''")) }
+        if !word.is_empty() && word.chars().all(is_plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
     };
     let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
     ["slideway".to_owned()].into_iter().chain(words).collect::<Vec<_>>().join(" ")

@@ -110,10 +110,8 @@ fn raised(letter: char) -> char {
 /// Smallest and largest finite value; 0 to 1 where there is none.
 pub fn extremes(values: impl IntoIterator<Item = f64>) -> [f64; 2] {
     let start = [f64::INFINITY, f64::NEG_INFINITY];
-    let [low, high] = values
-        .into_iter()
-        .filter(|v| v.is_finite())
-        .fold(start, |[low, high], v| [low.min(v), high.max(v)]);
+    let [low, high] =
+        values.into_iter().filter(|v| v.is_finite()).fold(start, |[low, high], v| [low.min(v), high.max(v)]);
     if low <= high { [low, high] } else { [0.0, 1.0] }
 }
 

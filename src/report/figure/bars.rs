@@ -83,7 +83,13 @@ impl Bars {
         let label = lines(&self.axis.label, FONT - 1.0, width.px() - 16.0);
         let middle = if label.len() > 1 { 0.5 * width.px() } else { 0.5 * (left + right) };
         for (k, line) in label.iter().enumerate() {
-            draw.text([middle, start + height + 29.0 + 14.0 * k as f64], FONT - 1.0, "pale axis", "middle", line);
+            draw.text(
+                [middle, start + height + 29.0 + 14.0 * k as f64],
+                FONT - 1.0,
+                "pale axis",
+                "middle",
+                line,
+            );
         }
         head + height + 22.0 + 14.0 * label.len() as f64
     }

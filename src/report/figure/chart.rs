@@ -134,13 +134,7 @@ impl Chart {
         draw.path(&lines, "grid");
         if self.has_x_labels {
             let middle = 0.5 * (LEFT + frame.right);
-            draw.text(
-                [middle, frame.top + frame.height + 30.0],
-                FONT,
-                "pale axis",
-                "middle",
-                &self.x.label,
-            );
+            draw.text([middle, frame.top + frame.height + 30.0], FONT, "pale axis", "middle", &self.x.label);
         }
         // Upright words that are too long for the panel run into the next one.
         let middle = frame.top + 0.5 * frame.height;
@@ -234,8 +228,9 @@ mod tests {
 
     #[test]
     fn exact_thinning_keeps_extremes() {
-        let points: Vec<[f64; 2]> =
-            (0..10_000).map(|k| [f64::from(k), if k == 7777 { 9.0 } else { (0.01 * f64::from(k)).sin() }]).collect();
+        let points: Vec<[f64; 2]> = (0..10_000)
+            .map(|k| [f64::from(k), if k == 7777 { 9.0 } else { (0.01 * f64::from(k)).sin() }])
+            .collect();
         let kept = thinned(&points, 100);
         assert!(kept.len() <= 200 && kept.contains(&[7777.0, 9.0]));
         assert!(kept.windows(2).all(|w| w[0][0] < w[1][0]));

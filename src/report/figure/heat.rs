@@ -37,8 +37,11 @@ impl Heat {
             }
         }
         draw.path(&format!("M{left} {y:.1}H{right}v{HEIGHT}H{left}z"), "frame");
-        let below =
-            if self.names.is_empty() { self.ticks(draw, width, [left, right], y) } else { self.words(draw, each, y) };
+        let below = if self.names.is_empty() {
+            self.ticks(draw, width, [left, right], y)
+        } else {
+            self.words(draw, each, y)
+        };
         y + HEIGHT + below - top
     }
 
@@ -46,7 +49,13 @@ impl Heat {
         for (value, text) in self.axis.ticks(if width.is_narrow() { 4 } else { 9 }) {
             let x = left + self.axis.place(value) * (right - left);
             draw.path(&format!("M{x:.1} {:.1}v4", y + HEIGHT), "frame");
-            let anchor = if x < left + 20.0 { "start" } else if x > right - 20.0 { "end" } else { "middle" };
+            let anchor = if x < left + 20.0 {
+                "start"
+            } else if x > right - 20.0 {
+                "end"
+            } else {
+                "middle"
+            };
             draw.text([x, y + HEIGHT + 16.0], FONT - 0.5, "pale", anchor, &text);
         }
         let middle = 0.5 * (left + right);

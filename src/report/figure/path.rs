@@ -1,7 +1,7 @@
 //! The signal path with each site's share of the gap.
 
-use super::draw::Draw;
 use super::Width;
+use super::draw::Draw;
 
 /// The sites in hardware order with their shares.
 #[derive(Debug, Clone)]
@@ -49,9 +49,18 @@ impl SignalPath {
         // The loop is closed by what the sensor reads.
         let (end, back) = (right - gap, y + BOX + 22.0);
         let first = left + gap + 0.5 * each;
-        draw.path(&format!("M{end:.1} {middle:.1}H{:.1}V{back:.1}H{first:.1}V{:.1}", right - 6.0, y + BOX + 8.0), "wire");
+        draw.path(
+            &format!("M{end:.1} {middle:.1}H{:.1}V{back:.1}H{first:.1}V{:.1}", right - 6.0, y + BOX + 8.0),
+            "wire",
+        );
         draw.path(&format!("M{:.1} {:.1}l4 -8l4 8", first - 4.0, y + BOX + 10.0), "wire");
-        draw.text([0.5 * (left + right), back - 6.0], 11.5, "pale", "middle", "what was measured, back to the controller");
+        draw.text(
+            [0.5 * (left + right), back - 6.0],
+            11.5,
+            "pale",
+            "middle",
+            "what was measured, back to the controller",
+        );
         back + 12.0 - top
     }
 

@@ -1,7 +1,7 @@
 //! The machine seen from a corner, drawn from back to front.
 
-use super::draw::Draw;
 use super::Width;
+use super::draw::Draw;
 use crate::report::material::MachineShape;
 use std::fmt::Write as _;
 
@@ -49,11 +49,7 @@ impl View {
             }
             last = Some((facet.moves, shade));
             let [a, b, c] = facet.corners.map(|[x, y, _]| [x, top + y]);
-            let _ = write!(
-                data,
-                "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}z",
-                a[0], a[1], b[0], b[1], c[0], c[1]
-            );
+            let _ = write!(data, "M{:.1} {:.1}L{:.1} {:.1}L{:.1} {:.1}z", a[0], a[1], b[0], b[1], c[0], c[1]);
         }
         paint(draw, &mut data, last);
         self.labels(draw, &camera, top);

@@ -62,7 +62,12 @@ fn pieces(diagnosis: &Diagnosis, calibration: f64) -> Vec<Piece> {
         pieces.push(Piece { ink, label: label.to_owned(), share, text });
     };
     let text = if calibration > 0.0 { percent(calibration) } else { "< 0.5 %".to_owned() };
-    push(Ink::Calibration, "calibration of stated constants inside their tolerances", calibration * excess, text);
+    push(
+        Ink::Calibration,
+        "calibration of stated constants inside their tolerances",
+        calibration * excess,
+        text,
+    );
     let open = diagnosis.unexplained.clamp(0.0, 1.0);
     push(Ink::Unexplained, "unexplained", open * excess, percent(open));
     let noise = 1.0 / total;

@@ -15,10 +15,11 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
     let mut part = Part::default();
     let mut findings: Vec<(&str, Severity, Vec<&str>)> = Vec::new();
     for finding in &diagnosis.checks {
-        let place = findings.iter().position(|(message, ..)| *message == finding.message).unwrap_or_else(|| {
-            findings.push((&finding.message, finding.severity, Vec::new()));
-            findings.len() - 1
-        });
+        let place =
+            findings.iter().position(|(message, ..)| *message == finding.message).unwrap_or_else(|| {
+                findings.push((&finding.message, finding.severity, Vec::new()));
+                findings.len() - 1
+            });
         if !finding.run.is_empty() {
             findings[place].2.push(&finding.run);
         }
@@ -28,7 +29,8 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
         part.paragraph("Nothing was noticed in the data.");
     } else {
         let count = diagnosis.data.training.len() + diagnosis.data.held_out.len();
-        let items: String = findings.iter().map(|(message, severity, runs)| item(message, *severity, runs, count)).collect();
+        let items: String =
+            findings.iter().map(|(message, severity, runs)| item(message, *severity, runs, count)).collect();
         part.raw(&format!("<ul class=\"findings\">\n{items}</ul>\n"));
     }
     part.remark(CHECKED);

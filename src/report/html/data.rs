@@ -14,7 +14,8 @@ const MOST_THINNED: usize = 160_000;
 
 /// What the script of a page reads.
 pub(super) fn of(motion: Motion, runs: &[RunTraces], shape: Option<&MachineShape>) -> Value {
-    let samples = |run: &RunTraces| run.traces.iter().map(|trace| trace.measured.len()).collect::<Vec<usize>>();
+    let samples =
+        |run: &RunTraces| run.traces.iter().map(|trace| trace.measured.len()).collect::<Vec<usize>>();
     let lengths: Vec<usize> = runs.iter().flat_map(samples).collect();
     let fits = lengths.iter().sum::<usize>() <= MOST_TOGETHER && lengths.iter().all(|n| *n <= MOST_SAMPLES);
     let each = if fits { MOST_SAMPLES } else { (MOST_THINNED / lengths.len().max(1)).min(MOST_SAMPLES) };
@@ -45,12 +46,14 @@ fn run_of(run: &RunTraces, motion: Motion, most: usize) -> Value {
 
 fn trace_of(trace: &Trace, motion: Motion, most: usize) -> Value {
     let Trace { signal, measured, before, after } = trace;
-    let less = |predicted: &[f64]| -> Vec<f64> { measured.iter().zip(predicted).map(|(m, p)| m - p).collect() };
+    let less =
+        |predicted: &[f64]| -> Vec<f64> { measured.iter().zip(predicted).map(|(m, p)| m - p).collect() };
     let (before, after) = (less(before), less(after));
     let chosen = thinned(&[measured, &before], most);
     let scale = Scale::signal(*signal, motion, measured);
     let error = Scale::of(signal.si_unit(motion), before.iter().chain(&after));
-    let short = |samples: &[f64]| if samples.is_empty() { Value::Null } else { shorts(&picked(samples, &chosen)) };
+    let short =
+        |samples: &[f64]| if samples.is_empty() { Value::Null } else { shorts(&picked(samples, &chosen)) };
     json!({
         "key": signal.key(motion),
         "word": signal.word(motion),
@@ -142,7 +145,8 @@ fn base64(bytes: impl Iterator<Item = u8>) -> Value {
     let bytes: Vec<u8> = bytes.collect();
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for chunk in bytes.chunks(3) {
-        let all = chunk.iter().enumerate().fold(0u32, |all, (k, byte)| all | u32::from(*byte) << (16 - 8 * k));
+        let all =
+            chunk.iter().enumerate().fold(0u32, |all, (k, byte)| all | u32::from(*byte) << (16 - 8 * k));
         for k in 0..4 {
             let letter = LETTERS[(all >> (18 - 6 * k)) as usize & 63];
             text.push(if k <= chunk.len() { char::from(letter) } else { '=' });

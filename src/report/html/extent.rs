@@ -16,8 +16,14 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     let mut part = Part::default();
     let gap = &diagnosis.gap;
     part.figure(figure(&gap.signals, material.motion));
-    let heads =
-        ["signal", ">unseen runs, before", ">unseen runs, after", ">training, before", ">training, after", ">noise floor σ"];
+    let heads = [
+        "signal",
+        ">unseen runs, before",
+        ">unseen runs, after",
+        ">training, before",
+        ">training, after",
+        ">noise floor σ",
+    ];
     let rows: Vec<Vec<String>> = gap.signals.iter().map(|signal| row(signal, material)).collect();
     part.remark("Unseen runs are held out: no parameter was fitted to them.");
     part.table(&heads, &rows);
@@ -89,7 +95,15 @@ fn detail(diagnosis: &Diagnosis, motion: Motion) -> Part {
         })
         .collect();
     part.table(
-        &["signal", ">peak before", ">peak after", ">mean |error| before", ">after", ">R² before", ">R² after"],
+        &[
+            "signal",
+            ">peak before",
+            ">peak after",
+            ">mean |error| before",
+            ">after",
+            ">R² before",
+            ">R² after",
+        ],
         &rows,
     );
     part.paragraph(&format!("Noise σ: {}.", noise_sources(&gap.signals)));

@@ -49,7 +49,8 @@ fn over(force: &Force, scale: &Scale, motion: Motion, law: &str) -> Figure {
         ("position", &force.position, place),
         ("acceleration", &force.acceleration, acceleration),
     ];
-    let panels = charts.map(|(word, quantity, across)| Panel::Chart(over_one(force, scale, word, quantity, &across)));
+    let panels =
+        charts.map(|(word, quantity, across)| Panel::Chart(over_one(force, scale, word, quantity, &across)));
     let caption = format!("What the twin as it is lacks (dots), and the fitted law: {law}.");
     let law_words = format!("fitted: {law}");
     Figure::new("force", caption, panels.to_vec()).legend([
@@ -120,7 +121,9 @@ fn in_time(force: &Force, scale: &Scale, law: &str) -> Figure {
         height: 160.0,
         has_x_labels: true,
     };
-    let caption = format!("The same along one run, with the fitted law: {law}. Left out at standstill, where friction takes any value.");
+    let caption = format!(
+        "The same along one run, with the fitted law: {law}. Left out at standstill, where friction takes any value."
+    );
     Figure::new("force_time", caption, vec![Panel::Chart(chart)]).legend([
         (Ink::Before, "lacking before"),
         (Ink::After, "lacking with the causes"),

@@ -30,7 +30,8 @@ fn class(verdict: Verdict) -> &'static str {
 /// The head of a page about a diagnosis.
 pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
     let note = diagnosis.data.note.as_ref();
-    let note = note.map_or_else(String::new, |note| format!("<p class=\"note\">Data: {}</p>\n", escape(note)));
+    let note =
+        note.map_or_else(String::new, |note| format!("<p class=\"note\">Data: {}</p>\n", escape(note)));
     let words = sentence(diagnosis, motion);
     let facts: String = facts(diagnosis)
         .iter()
@@ -60,7 +61,8 @@ pub(super) fn unbroken(words: &str) -> String {
     let holds = |k: usize| match around(k) {
         (Some(before), Some(after)) => {
             let is_unit = "%µ±×".contains(*after)
-                || (after.is_alphabetic() && letters[k + 1..].iter().take_while(|c| !c.is_whitespace()).count() <= 6);
+                || (after.is_alphabetic()
+                    && letters[k + 1..].iter().take_while(|c| !c.is_whitespace()).count() <= 6);
             "<>±→×".contains(*before) || (before.is_ascii_digit() && is_unit)
         }
         _ => false,
@@ -70,7 +72,8 @@ pub(super) fn unbroken(words: &str) -> String {
 
 /// The head of a page that is no diagnosis.
 pub(super) fn plain_head(machine: &str, kind: &str, sentence: &str, note: Option<&str>) -> String {
-    let note = note.map_or_else(String::new, |note| format!("<p class=\"note\">Data: {}</p>\n", escape(note)));
+    let note =
+        note.map_or_else(String::new, |note| format!("<p class=\"note\">Data: {}</p>\n", escape(note)));
     format!(
         "<header>\n<p class=\"machine\">{}<span class=\"badge plain\">{}</span></p>\n<h1>{}</h1>\n{note}</header>\n",
         escape(machine),

@@ -19,7 +19,15 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
         part.paragraph("No effect is named.");
     } else {
         part.table(
-            &["effect", "place", ">probability", ">closes", "parameters, 95 % interval", "twin has", "confusable with"],
+            &[
+                "effect",
+                "place",
+                ">probability",
+                ">closes",
+                "parameters, 95 % interval",
+                "twin has",
+                "confusable with",
+            ],
             &diagnosis.causes.iter().map(cause).collect::<Vec<_>>(),
         );
     }
@@ -114,7 +122,10 @@ fn ranking(diagnosis: &Diagnosis) -> Part {
 fn effects(diagnosis: &Diagnosis) -> Part {
     let mut part = Part::default();
     let site = |effect: &str| {
-        EffectId::ALL.iter().find(|id| id.name() == effect).map_or(String::new(), |id| id.site().name().to_owned())
+        EffectId::ALL
+            .iter()
+            .find(|id| id.name() == effect)
+            .map_or(String::new(), |id| id.site().name().to_owned())
     };
     let rows: Vec<Vec<String>> = diagnosis
         .effects
@@ -131,8 +142,15 @@ fn calibration(diagnosis: &Diagnosis) -> Part {
         .calibration
         .iter()
         .map(|c| {
-            let edge = if c.at_tolerance { "at the edge of its tolerance: measure it again" } else { "inside" };
-            vec![c.path.clone(), with_interval(&c.parameter), interval(&c.parameter), twin(&c.parameter), edge.to_owned()]
+            let edge =
+                if c.at_tolerance { "at the edge of its tolerance: measure it again" } else { "inside" };
+            vec![
+                c.path.clone(),
+                with_interval(&c.parameter),
+                interval(&c.parameter),
+                twin(&c.parameter),
+                edge.to_owned(),
+            ]
         })
         .collect();
     part.table(&["constant", ">value", ">95 % interval", ">twin has", "tolerance"], &rows);

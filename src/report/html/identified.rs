@@ -121,7 +121,10 @@ fn figure(model: &Model, k: usize, unit: &str) -> Figure {
             has_x_labels: true,
         }));
     }
-    let caption = format!("Frequency response of {}: the model, and the data where their coherence is above {COHERENT}.", model.title);
+    let caption = format!(
+        "Frequency response of {}: the model, and the data where their coherence is above {COHERENT}.",
+        model.title
+    );
     let mut figure = Figure::new(format!("model{}", k + 1), caption, panels);
     figure.legend = vec![(Ink::After, "model".to_owned()), (Ink::Measured, "data".to_owned())];
     figure

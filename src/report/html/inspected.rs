@@ -12,6 +12,19 @@ use crate::report::material::{MachineShape, Response, RunTraces};
 use crate::report::number::value;
 use crate::units::Motion;
 
+/// Parts of the description in hardware order; the modes of the base have a section of their own.
+const PARTS: [&str; 10] = [
+    "reference",
+    "controller",
+    "amplifier",
+    "motor",
+    "guide",
+    "encoder",
+    "load_sensor",
+    "current_sensor",
+    "tolerance",
+    "effect",
+];
 /// Points of a response.
 const POINTS: i32 = 500;
 
@@ -46,20 +59,19 @@ fn links(machine: &Machine) -> Part {
         .solid()
         .links()
         .map(|(side, link)| {
-            let moves = if side == crate::solid::Side::Moving { "moves" } else { "stands" };
+            let moves = if side == crate::solid::Side::Moving { "yes" } else { "no" };
             vec![link.name.clone(), moves.to_owned(), value(link.mass.mass_kg, "kg")]
         })
         .collect();
-    part.table(&["link", "", ">mass"], &rows);
+    part.table(&["link", "moves", ">mass"], &rows);
     part
 }
 
 fn parts(machine: &Machine) -> Part {
     let mut part = Part::default();
     let table = toml::Table::try_from(machine.description()).unwrap_or_else(|_| machine.table().clone());
-    for (name, keys) in &table {
-        if let toml::Value::Table(keys) = keys
-            && name != "base"
+    for name in PARTS {
+        if let Some(toml::Value::Table(keys)) = table.get(name)
             && !keys.is_empty()
         {
             let text: String = keys.iter().map(|(key, value)| format!("{key} = {value}\n")).collect();
@@ -111,8 +123,7 @@ fn base(machine: &Machine) -> Part {
 
 /// A recording as a page: its runs, its signals, what is implausible in it.
 pub fn recording(recording: &Recording, machine: Option<&Machine>, command: &str) -> Page {
-    let runs: Vec<RunTraces> =
-        recording.runs().iter().map(|run| RunTraces::recorded(run, machine)).collect();
+    let runs: Vec<RunTraces> = recording.runs().iter().map(|run| RunTraces::recorded(run, machine)).collect();
     let name = recording.path.display().to_string();
     let samples: usize = recording.runs().iter().map(crate::recording::Run::len).sum();
     let sentence = format!(
@@ -147,7 +158,8 @@ fn run_table(recording: &Recording) -> Part {
         .runs()
         .iter()
         .map(|run| {
-            let words: Vec<&str> = run.signals().keys().map(|signal: &Signal| signal.word(run.motion())).collect();
+            let words: Vec<&str> =
+                run.signals().keys().map(|signal: &Signal| signal.word(run.motion())).collect();
             vec![
                 run.name().to_owned(),
                 run.role.map_or("not declared".to_owned(), |role| role.to_string().replace('_', " ")),

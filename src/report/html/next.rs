@@ -52,7 +52,8 @@ fn figure(predicted: &Predicted, motion: Motion) -> Figure {
     let difference: Vec<f64> = traces[0].iter().zip(&traces[1]).map(|(a, b)| a - b).collect();
     let fine = Scale::of(signal.si_unit(motion), &difference);
     let word = signal.word(motion);
-    let both = [Ink::After, Ink::Before].iter().zip(traces).map(|(ink, t)| Mark::line(*ink, curve(t, scale.factor)));
+    let both =
+        [Ink::After, Ink::Before].iter().zip(traces).map(|(ink, t)| Mark::line(*ink, curve(t, scale.factor)));
     let panels = vec![
         Panel::Chart(Chart {
             title: format!("{word}, predicted"),
@@ -72,6 +73,7 @@ fn figure(predicted: &Predicted, motion: Motion) -> Figure {
         }),
     ];
     let [chosen, rival] = effects.each_ref().map(|list| together(list));
-    let caption = format!("What the proposed motion should show if the cause is {chosen}, and if it is {rival}.");
+    let caption =
+        format!("What the proposed motion should show if the cause is {chosen}, and if it is {rival}.");
     Figure::new("next", caption, panels).legend([(Ink::After, &chosen), (Ink::Before, &rival)])
 }

@@ -129,6 +129,7 @@ fn along_time(run: &RunTraces, diagnosis: &Diagnosis, material: &Material) -> Fi
         height: 90.0,
         has_x_labels: true,
     };
-    let caption = "When the gap arises: the commanded position, and the share of the run's squared error by time.";
+    let caption =
+        "When the gap arises: the commanded position, and the share of the run's squared error by time.";
     Figure::new("time", caption, vec![Panel::Chart(chart), Panel::Chart(strip)])
 }

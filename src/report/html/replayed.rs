@@ -24,8 +24,10 @@ pub fn replayed(
     let name = &machine.description().name;
     let count = if runs.len() == 1 { "One run".to_owned() } else { format!("{} runs", runs.len()) };
     let sentence = format!("{count} replayed through the twin.");
-    let mut page =
-        Builder::new(&format!("{name}: replay"), head::plain_head(name, "replay", &sentence, recording.note.as_deref()));
+    let mut page = Builder::new(
+        &format!("{name}: replay"),
+        head::plain_head(name, "replay", &sentence, recording.note.as_deref()),
+    );
     let mut figures = Part::default();
     figures.table(heads, rows).remark(remark);
     page.section("runs", "Figures of the runs", figures);

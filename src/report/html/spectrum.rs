@@ -21,7 +21,9 @@ pub(super) fn part(material: &Material) -> Part {
             part.figure(figure(response, material.motion));
         }
         None => {
-            part.remark("No frequency response: an effort and a motion would have to be logged, and long enough.");
+            part.remark(
+                "No frequency response: an effort and a motion would have to be logged, and long enough.",
+            );
         }
     }
     part
@@ -37,7 +39,10 @@ fn spectra(spectra: &[Spectrum], motion: Motion) -> Figure {
         let is_last = k + 1 == spectra.len();
         Panel::Chart(Chart {
             title: spectrum.signal.word(motion).to_owned(),
-            x: Axis::decades(if is_last { "frequency in Hz" } else { "" }, spectrum.density.iter().map(|p| p[0])),
+            x: Axis::decades(
+                if is_last { "frequency in Hz" } else { "" },
+                spectrum.density.iter().map(|p| p[0]),
+            ),
             y: Axis::decades(format!("{}/√Hz", scale.unit), all.iter().map(|x| scale.to(*x))),
             marks: vec![Mark::line(Ink::Before, curve(1)), Mark::line(Ink::After, curve(2))],
             height: 105.0,
@@ -61,7 +66,8 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
         points.iter().map(|p| [p.frequency_hz, sure(p, p.response().arg().to_degrees())]).collect()
     };
     let frequencies: Vec<f64> = measured.iter().map(|p| p.frequency_hz).collect();
-    let heights: Vec<f64> = [&measured[..], before, after].into_iter().flat_map(magnitude).map(|p| p[1]).collect();
+    let heights: Vec<f64> =
+        [&measured[..], before, after].into_iter().flat_map(magnitude).map(|p| p[1]).collect();
     let across = |label: &str| Axis::decades(label, frequencies.iter().copied());
     let unit = format!("{} per {}", output.si_unit(motion), input.si_unit(motion));
     let three = |of: &dyn Fn(&[Point]) -> Vec<[f64; 2]>| {

@@ -42,7 +42,8 @@ pub(super) fn figure(run: &RunTraces, motion: Motion) -> Figure {
     let kind = if run.role.is_empty() { String::new() } else { format!(" ({})", run.role) };
     let has_twin = run.traces.iter().any(|trace| !trace.before.is_empty());
     let (caption, legend) = if has_twin {
-        let caption = format!("Run {}{kind}: every signal of machine and twin, and what the twin misses.", run.name);
+        let caption =
+            format!("Run {}{kind}: every signal of machine and twin, and what the twin misses.", run.name);
         (
             caption,
             vec![
@@ -99,7 +100,8 @@ fn values(run: &RunTraces, trace: &Trace, motion: Motion, end: f64, has_x_labels
 
 fn errors(run: &RunTraces, trace: &Trace, motion: Motion, end: f64, has_x_labels: bool) -> Chart {
     let Trace { signal, measured, before, after } = trace;
-    let less = |predicted: &[f64]| -> Vec<f64> { measured.iter().zip(predicted).map(|(m, p)| m - p).collect() };
+    let less =
+        |predicted: &[f64]| -> Vec<f64> { measured.iter().zip(predicted).map(|(m, p)| m - p).collect() };
     let (before, after) = (less(before), less(after));
     let scale = Scale::of(signal.si_unit(motion), before.iter().chain(&after));
     let mut marks = vec![

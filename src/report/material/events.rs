@@ -34,7 +34,8 @@ pub fn events(reference: &[f64], period_s: f64) -> Vec<Event> {
     let mut is_moving = false;
     let mut is_cruising = false;
     for (k, v) in steps.iter().enumerate() {
-        let (moves, cruises) = (v.abs() > STILL * most, v.abs() > STILL * most && change(k) < CRUISES * steepest);
+        let (moves, cruises) =
+            (v.abs() > STILL * most, v.abs() > STILL * most && change(k) < CRUISES * steepest);
         let turns = k > 0 && steps[k - 1] * v < 0.0;
         match (is_moving, moves) {
             (false, true) => push(k, "start"),
@@ -58,7 +59,9 @@ fn reversals(list: Vec<Event>) -> Vec<Event> {
     let mut merged: Vec<Event> = Vec::new();
     for event in list {
         match merged.last_mut() {
-            Some(last) if last.word == "stop" && event.word == "start" && event.time_s - last.time_s < STOPS_S => {
+            Some(last)
+                if last.word == "stop" && event.word == "start" && event.time_s - last.time_s < STOPS_S =>
+            {
                 last.word = "reversal";
             }
             _ => merged.push(event),

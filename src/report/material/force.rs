@@ -81,12 +81,13 @@ impl Force {
     pub fn law_over(&self, quantity: &[f64]) -> [Vec<[f64; 2]>; 2] {
         let moves = self.moves();
         let law: Vec<f64> = self.law().collect();
-        [1.0, -1.0].map(|direction: f64| {
-            let of = |k: &usize| moves[*k] && self.velocity[*k] * direction > 0.0;
-            let chosen: Vec<usize> = (0..law.len()).filter(of).collect();
-            binned(chosen.iter().map(|&k| [quantity[k], law[k]]).collect())
-        })
-        .map(Option::unwrap_or_default)
+        [1.0, -1.0]
+            .map(|direction: f64| {
+                let of = |k: &usize| moves[*k] && self.velocity[*k] * direction > 0.0;
+                let chosen: Vec<usize> = (0..law.len()).filter(of).collect();
+                binned(chosen.iter().map(|&k| [quantity[k], law[k]]).collect())
+            })
+            .map(Option::unwrap_or_default)
     }
 }
 

@@ -100,8 +100,10 @@ impl Material {
         let judged = held_out.iter().map(|e| (e, true));
         let both: Vec<(&Experiment, bool)> = judged.chain(training.iter().map(|e| (e, false))).collect();
         let pair = [&machines.stated, &machines.improved];
-        let runs: Result<Vec<RunTraces>> =
-            both.par_iter().map(|(experiment, is_held_out)| RunTraces::of(experiment, *is_held_out, pair)).collect();
+        let runs: Result<Vec<RunTraces>> = both
+            .par_iter()
+            .map(|(experiment, is_held_out)| RunTraces::of(experiment, *is_held_out, pair))
+            .collect();
         let runs = runs?;
         let all: Vec<&Experiment> = both.iter().map(|(e, _)| *e).collect();
         let floor = Floor::estimate(&machines.improved, &all)?;

@@ -49,8 +49,7 @@ impl Predicted {
         let reference = next.motion.references(&machines.stated).into_iter().next()?;
         let replay = |machine: &Machine| -> Option<Vec<f64>> {
             let machine = prepared(machine, next, signal)?;
-            let traces =
-                simulate(&machine, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ()).ok()?;
+            let traces = simulate(&machine, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ()).ok()?;
             Some(trace(&traces, signal).to_vec())
         };
         let period_s = machines.stated.description().sample_period_s;
@@ -72,7 +71,8 @@ fn rival_machine(
     training: &[Experiment],
     floor: &Floor,
 ) -> Option<Machine> {
-    let set: EffectSet = EffectId::ALL.iter().copied().filter(|id| effects.iter().any(|e| e == id.name())).collect();
+    let set: EffectSet =
+        EffectId::ALL.iter().copied().filter(|id| effects.iter().any(|e| e == id.name())).collect();
     let proposals = Proposals::of(&screen(training, stated).ok()?, set.iter().copied());
     let hypothesis = Hypothesis::new(stated, &set, &proposals, &[])?;
     fit(stated, &hypothesis, training, floor, None, Care::Thorough).ok()?.machine(stated).ok()

@@ -52,7 +52,8 @@ fn highest(input: &Trace, period_s: f64) -> f64 {
 impl Response {
     /// The response from the motor's effort to the motion; none where either was not logged or too little was.
     pub fn of(runs: &[RunTraces]) -> Option<Self> {
-        let run = runs.iter().filter(|run| run.is_held_out || runs.len() == 1).max_by_key(|run| run.samples())?;
+        let run =
+            runs.iter().filter(|run| run.is_held_out || runs.len() == 1).max_by_key(|run| run.samples())?;
         let find = |signals: &[Signal]| signals.iter().find_map(|signal| run.trace(*signal));
         let input = find(&[Signal::ControlEffort, Signal::Current, Signal::Thrust])?;
         let output = find(&[Signal::Velocity, Signal::Position])?;

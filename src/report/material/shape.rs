@@ -221,21 +221,24 @@ mod tests {
         let cylinder = tessellated(&Shape::Cylinder { radius_m: 0.1, length_m: 0.3 });
         let block = tessellated(&Shape::Box { size_m: Vector3::new(0.1, 0.2, 0.3) });
         let pi = std::f64::consts::PI;
-        for (mesh, volume, within) in [
-            (ball, 4.0 / 3.0 * pi * 1e-3, 0.03),
-            (cylinder, pi * 3e-3, 0.01),
-            (block, 6e-3, 1e-9),
-        ] {
+        for (mesh, volume, within) in
+            [(ball, 4.0 / 3.0 * pi * 1e-3, 0.03), (cylinder, pi * 3e-3, 0.01), (block, 6e-3, 1e-9)]
+        {
             assert!((mesh.volume_m3() / volume - 1.0).abs() < within, "{} for {volume}", mesh.volume_m3());
         }
     }
 
     #[test]
     fn exact_a_fine_mesh_is_drawn_coarser() {
-        let profile: Vec<[f64; 2]> =
-            (0..=2000).map(|k| { let x = f64::from(k) / 2000.0; [0.1 * (std::f64::consts::PI * x).sin(), x] }).collect();
+        let profile: Vec<[f64; 2]> = (0..=2000)
+            .map(|k| {
+                let x = f64::from(k) / 2000.0;
+                [0.1 * (std::f64::consts::PI * x).sin(), x]
+            })
+            .collect();
         let mesh = turned(&profile);
-        let mut surface = Surface { name: String::new(), moves: false, vertices: Vec::new(), triangles: Vec::new() };
+        let mut surface =
+            Surface { name: String::new(), moves: false, vertices: Vec::new(), triangles: Vec::new() };
         surface.add(&mesh, &Isometry3::identity());
         let mut surfaces = vec![surface];
         assert!(surfaces[0].triangles.len() > MOST_TRIANGLES);

@@ -55,8 +55,7 @@ pub(super) fn density(samples: &[f64], period_s: f64) -> Vec<f64> {
     let count = samples.len();
     let mean = samples.iter().sum::<f64>() / count.max(1) as f64;
     let window = |k: usize| 0.5 - 0.5 * (std::f64::consts::TAU * k as f64 / count as f64).cos();
-    let mut windowed: Vec<f64> =
-        samples.iter().enumerate().map(|(k, x)| (x - mean) * window(k)).collect();
+    let mut windowed: Vec<f64> = samples.iter().enumerate().map(|(k, x)| (x - mean) * window(k)).collect();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(count);
     let mut out = transform.make_output_vec();
     if transform.process(&mut windowed, &mut out).is_err() {

@@ -93,8 +93,7 @@ impl RunTraces {
         };
         let thrust = run.signal(Signal::Thrust).zip(run.signal(Signal::Position));
         let loads = machine.zip(thrust).map(|(machine, (thrust, position))| {
-            let traces =
-                Traces { thrust: thrust.to_vec(), position: position.to_vec(), ..Traces::default() };
+            let traces = Traces { thrust: thrust.to_vec(), position: position.to_vec(), ..Traces::default() };
             loads(machine, &traces, run.sample_period_s())
         });
         Self {
