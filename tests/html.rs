@@ -153,6 +153,88 @@ fn exact_numbers_stand_without_a_script() {
     assert!(!still(page()).contains("NaN") && !still(page()).contains("inf "));
 }
 
+/// What is drawn is recomputed; it is the same sum over the same samples.
+const SAME: f64 = 1e-9;
+
+/// RMS of recorded less predicted on the held-out runs of a material, before and after.
+fn drawn(material: &Material, key: &str) -> [f64; 2] {
+    let held_out = material.runs.iter().filter(|run| run.is_held_out);
+    let traces = held_out.flat_map(|run| &run.traces).filter(|t| t.signal.key(material.motion) == key);
+    let (mut sums, mut count) = ([0.0, 0.0], 0.0);
+    for trace in traces {
+        for (k, measured) in trace.measured.iter().enumerate() {
+            sums[0] += (measured - trace.before[k]).powi(2);
+            sums[1] += (measured - trace.after[k]).powi(2);
+            count += 1.0;
+        }
+    }
+    sums.map(|sum: f64| (sum / count).sqrt())
+}
+
+fn assert_drawn_as_judged(material: &Material, diagnosis: &Diagnosis) {
+    for gap in &diagnosis.gap.signals {
+        let [before, after] = drawn(material, &gap.signal);
+        assert!(
+            (before / gap.rms_before - 1.0).abs() < SAME,
+            "{}: {before} for {}",
+            gap.signal,
+            gap.rms_before
+        );
+        assert!((after / gap.rms_after - 1.0).abs() < SAME, "{}: {after} for {}", gap.signal, gap.rms_after);
+    }
+}
+
+#[test]
+fn exact_what_is_drawn_is_what_was_judged() {
+    let Made { diagnosis, material, .. } = made();
+    assert_drawn_as_judged(material, diagnosis);
+    // Coulomb friction of 15 N: what the twin lacks over speed is a step of that height.
+    let force = material.force.as_ref().unwrap();
+    let [forward, backward] = force.law_over(&force.velocity);
+    for (law, wanted) in [(forward, -15.0), (backward, 15.0)] {
+        assert!(law.len() > 10 && law.iter().all(|[_, y]| (y - wanted).abs() < 0.5), "{law:?}");
+    }
+}
+
+#[test]
+fn exact_a_comparison_is_drawn_against_the_reference() {
+    let folder = TempDir::new().unwrap();
+    let recorded = |name: &str, friction: &str| {
+        let out = folder.path().join(name);
+        let hide = format!("effect.coulomb_friction.force_n={friction}");
+        let output = run(&[
+            "replay",
+            "--machine",
+            "models/grinder",
+            "--plant",
+            "axis",
+            "--cell",
+            "0.02@8",
+            "--held-out",
+            "0.03@8",
+            "--return",
+            "--dwell",
+            "0.2",
+            "--hide",
+            &hide,
+            "--out",
+            out.to_str().unwrap(),
+        ]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        Recording::read(&out).unwrap()
+    };
+    let (before, after) = (recorded("before", "12"), recorded("after", "18"));
+    let machine = Machine::read(&root().join("models/grinder")).unwrap();
+    let options = Options { catalogue: &[EffectId::CoulombFriction], ..Options::default() };
+    let change = slideway::diagnose::compare(&machine, &before, &after, &options).unwrap();
+    let material = Material::of(&machine, &after, &change).unwrap();
+    assert_drawn_as_judged(&material, &change);
+    let page = html::diagnosis(&change, &machine, &material, COMMAND).html;
+    assert!(
+        page.contains("<section id=\"changes\">") && words(&page).contains("Changed since the reference")
+    );
+}
+
 #[test]
 fn exact_what_comes_from_files_is_escaped() {
     let Made { machine, diagnosis, material } = made();

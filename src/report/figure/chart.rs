@@ -173,7 +173,8 @@ impl Chart {
         let mut data = String::new();
         let mut is_down = false;
         for [x, y] in points {
-            if !(x.is_finite() && y.is_finite()) || (self.y.is_log && *y <= 0.0) {
+            let is_inside = (-0.002..=1.002).contains(&self.x.place(*x));
+            if !(is_inside && y.is_finite()) || (self.y.is_log && *y <= 0.0) {
                 is_down = false;
                 continue;
             }

@@ -54,6 +54,20 @@ fn spectra(spectra: &[Spectrum], motion: Motion) -> Figure {
         .legend([(Ink::Before, "twin as it is"), (Ink::After, "with the causes")])
 }
 
+/// Angles in degrees without jumps of a whole turn; what is not a number is passed over.
+pub(super) fn unwrapped(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let mut last = f64::NAN;
+    for [_, angle] in &mut points {
+        if last.is_finite() && angle.is_finite() {
+            *angle -= 360.0 * ((*angle - last) / 360.0).round();
+        }
+        if angle.is_finite() {
+            last = *angle;
+        }
+    }
+    points
+}
+
 /// Magnitude, phase and coherence.
 pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
     let Response { input, output, measured, before, after, run, highest_hz } = response;
@@ -63,8 +77,9 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
         points.iter().map(|p| [p.frequency_hz, sure(p, p.response().norm())]).collect()
     };
     let phase = |points: &[Point]| -> Vec<[f64; 2]> {
-        points.iter().map(|p| [p.frequency_hz, sure(p, p.response().arg().to_degrees())]).collect()
+        unwrapped(points.iter().map(|p| [p.frequency_hz, sure(p, p.response().arg().to_degrees())]).collect())
     };
+    let phases: Vec<f64> = [&measured[..], before, after].into_iter().flat_map(phase).map(|p| p[1]).collect();
     let frequencies: Vec<f64> = measured.iter().map(|p| p.frequency_hz).collect();
     let heights: Vec<f64> =
         [&measured[..], before, after].into_iter().flat_map(magnitude).map(|p| p[1]).collect();
@@ -85,7 +100,7 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
     let coherence = measured.iter().map(|p| [p.frequency_hz, p.coherence]).collect::<Vec<_>>();
     let panels = vec![
         chart("magnitude", across(""), Axis::decades(unit, heights), three(&magnitude), 150.0),
-        chart("phase", across(""), Axis::linear("°", [-185.0, 185.0]), three(&phase), 110.0),
+        chart("phase", across(""), Axis::holding("°", phases), three(&phase), 110.0),
         chart(
             "coherence of the recording",
             across("frequency in Hz"),
@@ -96,7 +111,7 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
     ];
     let beyond = match before.is_empty() {
         true => String::new(),
-        false => format!("; beyond {highest_hz:.0} Hz the recording holds more noise than motion"),
+        false => format!("; beyond {highest_hz:.0} Hz noise outweighs the motion"),
     };
     let caption = format!(
         "Frequency response, {words}, run {run}, in closed loop, where the coherence is above {COHERENT}{beyond}."
@@ -109,4 +124,16 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
     let mut figure = Figure::new("response", caption, panels);
     figure.legend = legend.into_iter().map(|(ink, word)| (ink, word.to_owned())).collect();
     figure
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_angles_go_on_across_a_turn() {
+        let points = vec![[1.0, -170.0], [2.0, f64::NAN], [3.0, 175.0], [4.0, -178.0]];
+        let angles: Vec<f64> = unwrapped(points).into_iter().map(|p| p[1]).collect();
+        assert_eq!([angles[0], angles[2], angles[3]], [-170.0, -185.0, -178.0]);
+    }
 }

@@ -15,7 +15,7 @@ pub struct Response {
     pub output: Signal,
     /// The run.
     pub run: String,
-    /// Beyond this the recording holds more noise than motion, and a response in closed loop is the controller's.
+    /// Beyond this, in Hz, noise outweighs the motion, and a response in closed loop is the controller's.
     pub highest_hz: f64,
     /// Measured.
     pub measured: Vec<Point>,
@@ -31,22 +31,22 @@ const MOST: usize = 40_000;
 const SEGMENTS: usize = 7;
 const LONGEST: usize = 2048;
 
-/// Highest frequency in Hz up to which the input holds more motion than noise; half the sample rate without a twin.
+/// Highest frequency in Hz at which the input holds more motion than what the twin misses; half the sample rate without a twin.
 fn highest(input: &Trace, period_s: f64) -> f64 {
     let noise: Vec<f64> = input.measured.iter().zip(&input.after).map(|(m, p)| m - p).collect();
     let count = noise.len();
     let (motion, noise) = (density(&input.after, period_s), density(&noise, period_s));
-    // A tenth of a decade is looked at together: single lines scatter.
-    let mut from = 2;
+    // A tenth of a decade is looked at together: single lines scatter, and motions have gaps in their spectrum.
+    let (mut from, mut last) = (2, 2);
     while from < noise.len() {
         let to = (from + from / 4 + 1).min(noise.len());
         let sum = |lines: &[f64]| lines[from..to].iter().sum::<f64>();
-        if sum(&motion) < sum(&noise) {
-            return from as f64 / (count as f64 * period_s);
+        if sum(&motion) > sum(&noise) {
+            last = to;
         }
         from = to;
     }
-    0.5 / period_s
+    if noise.is_empty() { 0.5 / period_s } else { last as f64 / (count as f64 * period_s) }
 }
 
 impl Response {
