@@ -56,7 +56,7 @@ impl Axis {
         let [from, to] = self.range;
         let raw = (to - from) / most.max(1) as f64;
         let decade = 10f64.powf(raw.log10().floor());
-        let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|s| *s >= raw * 0.999);
+        let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|s| *s >= raw * 0.8);
         let step = step.unwrap_or(raw);
         let places = (-step.log10().floor()).max(0.0) as usize;
         let first = (from / step).ceil() as i64;

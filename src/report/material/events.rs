@@ -34,8 +34,10 @@ pub fn events(reference: &[f64], period_s: f64) -> Vec<Event> {
     let mut is_moving = false;
     let mut is_cruising = false;
     for (k, v) in steps.iter().enumerate() {
-        let (moves, cruises) =
-            (v.abs() > STILL * most, v.abs() > STILL * most && change(k) < CRUISES * steepest);
+        let moves = v.abs() > STILL * most;
+        // A peak of speed is flat for a sample or two; a cruise lasts.
+        let ahead = if is_cruising { k + 1 } else { (k + 2 * STRIDE).min(steps.len()) };
+        let cruises = moves && (k..ahead).all(|j| change(j) < CRUISES * steepest);
         let turns = k > 0 && steps[k - 1] * v < 0.0;
         match (is_moving, moves) {
             (false, true) => push(k, "start"),
