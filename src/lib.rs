@@ -25,11 +25,12 @@
 //!
 //!  recording ──► identify      models from data alone: ARX, frequency response, gain regression
 //!  recording ──► diagnose ──►  report        twin and recording compared: where, why, how much
+//!  machine ──► trial           the diagnosis checked on machines whose effect is withheld
 //! ```
 //!
 //! Modules import in one direction: [`error`], [`units`], [`recording`], [`identify`], [`solid`],
 //! [`controller`], [`drive`], [`sensor`], [`base`], [`guide`], [`effect`], [`machine`], [`plant`], [`twin`],
-//! [`replay`], [`diagnose`], [`report`], then the command line, which belongs to the binary.
+//! [`replay`], [`diagnose`], [`trial`], [`report`], then the command line, which belongs to the binary.
 //!
 //! # Where something new goes
 //! **A new effect** (a law that a real machine follows and a twin may leave out) is one file in [`effect`]
@@ -68,6 +69,7 @@ pub mod replay;
 pub mod report;
 pub mod sensor;
 pub mod solid;
+pub mod trial;
 pub mod twin;
 pub mod units;
 

@@ -10,6 +10,7 @@ mod refusal;
 mod replay;
 mod setting;
 mod table;
+mod trial;
 
 use std::io::{self, Write};
 use std::process::ExitCode;
@@ -48,6 +49,8 @@ enum Command {
     Identify(identify::Identify),
     /// Show what is in a recording or a machine
     Inspect(inspect::Inspect),
+    /// Check the diagnosis on machines whose effect is withheld
+    Trial(trial::Trial),
 }
 
 /// How a command ends when it does not end well.
@@ -134,6 +137,7 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
         Command::Replay(replay) => replay.run(screen),
         Command::Identify(identify) => identify.run(screen),
         Command::Inspect(inspect) => inspect.run(screen),
+        Command::Trial(trial) => trial.run(screen),
     }
 }
 

@@ -2,7 +2,8 @@
 
 use super::verdict::{Cause, Diagnosis, Parameter, Reference};
 use super::{Options, diagnose, diagnose_beside};
-use crate::error::{Error, Result};
+use crate::effect::EffectId;
+use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Recording, Signal};
 use std::collections::BTreeMap;
@@ -34,19 +35,11 @@ pub fn compare(
     recording: &Recording,
     options: &Options,
 ) -> Result<Diagnosis> {
-    let named = |error: Error| match reference.path.as_os_str().is_empty() {
-        true => error,
-        false => error.file(&reference.path),
-    };
-    let Baseline { machine: baseline, left, reference } =
-        Baseline::of(machine, reference, options).map_err(named)?;
-    let mut change = diagnose_beside(&baseline, recording, options, left)?;
-    change.reference = Some(reference);
-    Ok(change)
+    Baseline::of(machine, reference, options)?.change(recording, options)
 }
 
-/// The machine as it was when the reference was recorded.
-struct Baseline {
+/// The machine as it was when the reference was recorded: what recordings are compared with.
+pub struct Baseline {
     machine: Machine,
     /// What its twin leaves of each signal of the reference's held-out runs, RMS in SI.
     left: BTreeMap<Signal, f64>,
@@ -54,7 +47,30 @@ struct Baseline {
 }
 
 impl Baseline {
-    fn of(machine: &Machine, reference: &Recording, options: &Options) -> Result<Self> {
+    /// Diagnoses the reference until nothing more is named, and takes all of it into the twin.
+    ///
+    /// # Errors
+    /// What [`diagnose`] refuses of the reference, with its path.
+    pub fn of(machine: &Machine, reference: &Recording, options: &Options) -> Result<Self> {
+        Self::found(machine, reference, options).map_err(|error| {
+            match reference.path.as_os_str().is_empty() {
+                true => error,
+                false => error.file(&reference.path),
+            }
+        })
+    }
+
+    /// What has changed when `recording` was made.
+    ///
+    /// # Errors
+    /// What [`diagnose`] refuses of the recording.
+    pub fn change(&self, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+        let mut change = diagnose_beside(&self.machine, recording, options, self.left.clone())?;
+        change.reference = Some(self.reference.clone());
+        Ok(change)
+    }
+
+    fn found(machine: &Machine, reference: &Recording, options: &Options) -> Result<Self> {
         let mut last = diagnose(machine, reference, options)?;
         let mut baseline = last.improved(machine)?;
         let mut known = Reference {
@@ -94,6 +110,7 @@ impl Reference {
         let opened = |gap: f64| (gap * gap - 1.0).max(0.0);
         let share = opened(pass.gap.before) / opened(self.gap_before).max(f64::MIN_POSITIVE);
         for cause in &pass.causes {
+            self.causes.retain(|known| !takes_over(&cause.effect, &known.effect));
             let closes = cause.closes * share.min(1.0);
             match self.causes.iter_mut().find(|known| known.effect == cause.effect) {
                 None => self.causes.push(Cause { closes, ..cause.clone() }),
@@ -109,6 +126,12 @@ impl Reference {
             }
         }
     }
+}
+
+/// Whether a law takes the place of another.
+fn takes_over(law: &str, other: &str) -> bool {
+    let [law, other] = [law, other].map(|name| EffectId::ALL.iter().copied().find(|e| e.name() == name));
+    law.zip(other).is_some_and(|(law, other)| law != other && law.excludes(other))
 }
 
 /// A later estimate in the place of an earlier one; what the machine file has stays.

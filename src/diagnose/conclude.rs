@@ -43,7 +43,9 @@ pub fn verdict(found: &Found, before: &Score) -> Verdict {
         return if quiet { Verdict::NoGap } else { Verdict::Unknown };
     }
     let gap = chosen.score.gap();
-    let share = closed(before, &chosen.score).value;
+    // What calibration closes by itself is no merit of the causes.
+    let beside_calibration = closed(&found.candidates[0].score, &chosen.score).value;
+    let share = closed(before, &chosen.score).value.min(beside_calibration);
     let explained =
         gap <= ADEQUATE_GAP || (gap <= SMALL_GAP && share >= LARGELY_CLOSED) || share >= WHOLLY_CLOSED;
     if !explained {

@@ -208,15 +208,22 @@ impl Experiment {
         })
     }
 
-    /// Of two position sensors, the one that does not close the position loop has a zero that means nothing, and where
-    /// in its play a drive train stood at the start is not known: its prediction is moved to the recorded mean.
+    /// The signal whose mean over a run means nothing: of two position sensors, the one that does not close the position
+    /// loop has a zero of its own, and where in its play a drive train stood at the start is not known.
+    pub fn without_zero(&self, machine: &Machine) -> Option<Signal> {
+        let sensor = machine.description().load_sensor.as_ref()?;
+        let both = [Signal::Position, Signal::LoadPosition].iter().all(|s| self.run.signal(*s).is_some());
+        let free = if sensor.closes_position_loop { Signal::Position } else { Signal::LoadPosition };
+        (both && matches!(self.mode, Mode::ClosedLoop)).then_some(free)
+    }
+
+    /// Moves the prediction of the signal without a zero to the recorded mean.
     fn share_zero(&self, machine: &Machine, traces: &mut Traces) {
-        let Some(sensor) = &machine.description().load_sensor else { return };
-        let [position, load] = [Signal::Position, Signal::LoadPosition].map(|s| self.run.signal(s));
-        let (Some(position), Some(load)) = (position, load) else { return };
-        let (recorded, predicted) = match sensor.closes_position_loop {
-            true => (position, &mut traces.position),
-            false => (load, &mut traces.load_position),
+        let Some(signal) = self.without_zero(machine) else { return };
+        let Some(recorded) = self.run.signal(signal) else { return };
+        let predicted = match signal {
+            Signal::LoadPosition => &mut traces.load_position,
+            _ => &mut traces.position,
         };
         let sum: f64 = recorded.iter().zip(predicted.iter()).map(|(r, p)| r - p).sum();
         let zero = sum / recorded.len() as f64;

@@ -1,6 +1,6 @@
 //! What a search has found so far, and how explanations are compared.
 
-use super::evidence::{Score, bootstrap};
+use super::evidence::{LEAST_EXCESS, Score, bootstrap};
 use super::fit::{Fit, Sensitivities};
 use super::hypothesis::{EffectSet, Freedom};
 use super::proposals::Proposals;
@@ -55,6 +55,9 @@ pub const ADEQUATE_GAP: f64 = 1.25;
 /// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
 /// named only if it closes this share of the original gap.
 const MATERIAL_SHARE: f64 = 0.003;
+/// An effect that closes this share of what the chosen explanation leaves open is named too, however much the
+/// effects before it have closed: a large gap must not hide a small cause that is most of the rest.
+const LARGE_SHARE_OF_REST: f64 = 0.5;
 /// An explanation cannot fall below this mean square: noise itself, with some of it taken for signal.
 const LEAST_LEFT: f64 = 0.9;
 impl Found {
@@ -82,6 +85,11 @@ impl Found {
         self.likelihood(index) - price(candidate.effects()) - candidate.fit.strain()
     }
 
+    /// Whether the twin as it is, calibrated inside its tolerances, leaves of the held-out runs what noise leaves.
+    pub(super) fn calibration_settles(&self) -> bool {
+        self.candidates.first().is_some_and(|c| c.score.mean_square() < 1.0 + LEAST_EXCESS)
+    }
+
     pub(super) fn is_adequate(&self, index: usize) -> bool {
         self.candidates[index].score.gap() <= ADEQUATE_GAP
     }
@@ -91,6 +99,18 @@ impl Found {
         index != self.chosen
             && self.candidates[index].thorough
             && self.is_resolved(index)
+            && self.beyond_chance(index, self.chosen)
+            && self.worth_naming(index, self.chosen, before)
+    }
+
+    /// Whether a candidate explains most of what is open, though a number of it ran off: with what is missing beside it, it may
+    /// be found inside.
+    pub(super) fn may_lead_on(&self, index: usize, before: &Score) -> bool {
+        let open = |k: usize| self.candidates[k].score.mean_square() - 1.0;
+        index != self.chosen
+            && self.candidates[index].thorough
+            && self.shows(index)
+            && open(index) < LARGE_SHARE_OF_REST * open(self.chosen)
             && self.beyond_chance(index, self.chosen)
             && self.worth_naming(index, self.chosen, before)
     }
@@ -115,8 +135,14 @@ impl Found {
         self.candidates[index].effects().iter().filter(|e| **e != law).chain(general).copied().collect()
     }
 
-    /// Whether every effect of a candidate has a parameter whose 95 % interval leaves out the twin's own value.
+    /// Whether every effect of a candidate has a parameter whose 95 % interval leaves out the twin's own value, and no
+    /// number that went to the end of where a fit may look.
     pub(super) fn is_resolved(&self, index: usize) -> bool {
+        self.shows(index) && !self.runs_off(index)
+    }
+
+    /// Whether every effect of a candidate has a parameter whose 95 % interval leaves out the twin's own value.
+    fn shows(&self, index: usize) -> bool {
         let fit = &self.candidates[index].fit;
         let resolved = |effect: &EffectId| {
             fit.hypothesis.free.iter().enumerate().any(|(k, free)| {
@@ -126,13 +152,18 @@ impl Found {
                     && away > 1.96 * fit.standard_errors[k]
             })
         };
-        // A number that went to the end of where a fit may look is no finding (none at all is: zero).
-        let runs_off = fit.hypothesis.free.iter().zip(&fit.values).any(|(free, &value)| {
+        fit.hypothesis.effects.iter().all(resolved)
+    }
+
+    /// Whether a number went to the end of where a fit may look: that is no finding (none at all is: zero), but what is
+    /// still missing beside it may be what drives it there.
+    fn runs_off(&self, index: usize) -> bool {
+        let fit = &self.candidates[index].fit;
+        fit.hypothesis.free.iter().zip(&fit.values).any(|(free, &value)| {
             let edge = 1e-6 * (free.range.1 - free.range.0);
             let low = free.range.0 != 0.0 && value - free.range.0 < edge;
             free.freedom == Freedom::Cause && !free.held && (low || free.range.1 - value < edge)
-        });
-        !runs_off && fit.hypothesis.effects.iter().all(resolved)
+        })
     }
 
     /// Whether a law that generalises others beats every set of those others that was looked at: if it does not,
@@ -177,12 +208,15 @@ impl Found {
         gains.iter().sum::<f64>() > price && paid as f64 >= CERTAIN * draws.len() as f64
     }
 
-    /// Whether the step from `b` to `a` matters: it makes an inadequate explanation adequate, or closes a material share.
+    /// Whether the step from `b` to `a` matters: it makes an inadequate explanation adequate, or closes a material share
+    /// of the gap or most of what `b` leaves open.
     pub(super) fn worth_naming(&self, a: usize, b: usize, before: &Score) -> bool {
         let (after, now) = (&self.candidates[a].score, &self.candidates[b].score);
         let gained = now.mean_square() - after.mean_square();
         let settles = after.gap() <= ADEQUATE_GAP && now.gap() > ADEQUATE_GAP;
-        settles || gained >= MATERIAL_SHARE * (before.mean_square() - 1.0)
+        let is_most_of_rest =
+            now.gap() > ADEQUATE_GAP && gained >= LARGE_SHARE_OF_REST * (now.mean_square() - 1.0);
+        settles || is_most_of_rest || gained >= MATERIAL_SHARE * (before.mean_square() - 1.0)
     }
 }
 

@@ -87,8 +87,8 @@ fn diagnose_beside(
             found = ready.search(options, Some(&found))?;
         }
     }
-    if ready.before.mean_square() < 1.0 + evidence::LEAST_EXCESS {
-        // The held-out runs show no gap: there is nothing that a cause could explain.
+    if ready.before.mean_square() < 1.0 + evidence::LEAST_EXCESS || found.calibration_settles() {
+        // The held-out runs show no gap, or none beyond the tolerances: there is nothing that a cause could explain.
         found.chosen = 0;
     }
     let diagnosis = ready.conclude(&found, recording, options)?;

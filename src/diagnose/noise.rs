@@ -54,7 +54,7 @@ impl Floor {
     /// # Errors
     /// Whatever a replay refuses.
     pub fn estimate(machine: &Machine, experiments: &[&Experiment]) -> Result<Self> {
-        let repeats = repeats(experiments);
+        let repeats = repeats(machine, experiments);
         let dwell = dwell(experiments);
         let declared = Declared::of(machine, experiments)?;
         let mut levels = BTreeMap::new();
@@ -162,8 +162,9 @@ fn size(experiments: &[&Experiment], signal: Signal) -> f64 {
     mean_square(samples).unwrap_or(0.0).sqrt()
 }
 
-/// σ from runs with the same command, settings and length: their differences have twice the variance.
-fn repeats(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
+/// σ from runs with the same command, settings and length: their differences have twice the variance. A signal
+/// whose zero means nothing is compared about its mean.
+fn repeats(machine: &Machine, experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
     let mut sums: BTreeMap<Signal, (f64, usize)> = BTreeMap::new();
     for (k, a) in experiments.iter().enumerate() {
         for b in &experiments[k + 1..] {
@@ -178,7 +179,12 @@ fn repeats(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
             for &signal in a.signals() {
                 let (Some(x), Some(y)) = (a.run().signal(signal), b.run().signal(signal)) else { continue };
                 let sum = sums.entry(signal).or_insert((0.0, 0));
-                sum.0 += x.iter().zip(y).map(|(x, y)| (x - y) * (x - y)).sum::<f64>();
+                let count = x.len() as f64;
+                let mean = match a.without_zero(machine) == Some(signal) {
+                    true => x.iter().zip(y).map(|(x, y)| x - y).sum::<f64>() / count,
+                    false => 0.0,
+                };
+                sum.0 += x.iter().zip(y).map(|(x, y)| (x - y - mean).powi(2)).sum::<f64>();
                 sum.1 += 2 * x.len();
             }
         }
@@ -285,6 +291,9 @@ impl Declared {
                 }
             }
         }
+        if experiment.machine(machine)?.constants().reading_step > 0.0 {
+            squares.iter_mut().for_each(|squares| spread(squares));
+        }
         let half = (WINDOW_S / experiment.run().sample_period_s()).round() as usize;
         let name = experiment.run().name().to_string();
         let keyed = squares.into_iter().zip(experiment.signals());
@@ -308,6 +317,13 @@ impl Declared {
         };
         self.sigma.into_iter().map(widen).collect()
     }
+}
+
+/// Where positions are read in coarse steps, a replay and the same replay with noise read alike for long, but where between
+/// two steps the axis truly stands nobody knows: at no time is a square less than the mean of all.
+fn spread(squares: &mut [f64]) {
+    let mean = mean_square(squares.iter().map(|s| s.sqrt())).unwrap_or(0.0);
+    squares.iter_mut().for_each(|square| *square = square.max(mean));
 }
 
 /// Root of the mean of squares over a window of `2·half + 1` samples, cut at the ends.

@@ -60,7 +60,15 @@ impl Search<'_> {
         // Every explanation seen sharpens the weights of all: the steps are gone through until they change nothing.
         let mut settled = None;
         for _ in 0..MOST_EFFECTS {
+            let sound = found.chosen;
             self.grow(&mut found, before)?;
+            if !found.is_resolved(found.chosen) {
+                // What led on has led nowhere: the best that was found on the way.
+                found.chosen = sound;
+                let all: Vec<usize> = (0..found.candidates.len()).collect();
+                let sound: Vec<usize> = all.into_iter().filter(|&k| found.may_follow(k, before)).collect();
+                found.chosen = found.best_of(&sound).unwrap_or(found.chosen);
+            }
             self.shrink(&mut found)?;
             self.swap(&mut found, before)?;
             self.refine(&mut found, before)?;
@@ -173,9 +181,12 @@ impl Search<'_> {
     fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
             let sets = self.larger(found.effects(), |e| e.supersedes().is_empty());
-            let mut indices = self.explore(found, &sets, found.chosen)?;
-            indices.retain(|&index| found.may_follow(index, before));
-            let mut next = found.best_of(&indices);
+            let indices = self.explore(found, &sets, found.chosen)?;
+            let fit_to = |next: &dyn Fn(usize) -> bool| -> Vec<usize> {
+                indices.iter().copied().filter(|&index| next(index)).collect()
+            };
+            let mut next = found.best_of(&fit_to(&|index| found.may_follow(index, before)));
+            let leads = found.best_of(&fit_to(&|index| found.may_lead_on(index, before)));
             if next.is_none_or(|best| !found.is_adequate(best)) {
                 let laws = self.replacing(found.effects());
                 let mut indices = self.explore(found, &laws, found.chosen)?;
@@ -186,7 +197,7 @@ impl Search<'_> {
                     next = Some(best);
                 }
             }
-            match next {
+            match next.or(leads) {
                 Some(best) => found.chosen = best,
                 None => break,
             }

@@ -1,6 +1,6 @@
 //! Controller gains that are not those stated.
 
-use super::law::{infinite, not_positive};
+use super::law::{infinite, negative, not_positive};
 use super::{Constants, Law, Parameter, Screen, Site};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
@@ -25,7 +25,7 @@ pub struct ControllerGain {
     pub position_factor: f64,
     /// Factor of the velocity loop's (proportional) gain; more than zero.
     pub velocity_factor: f64,
-    /// Factor of the integral gain; more than zero.
+    /// Factor of the integral gain; zero where the integral part is switched off.
     pub integral_factor: f64,
     /// Share of the reference velocity that is fed forward, in the place of the stated one.
     pub velocity_feedforward: f64,
@@ -48,7 +48,7 @@ impl Law for ControllerGain {
     fn fault(&self) -> Option<String> {
         not_positive("position_factor", self.position_factor)
             .or_else(|| not_positive("velocity_factor", self.velocity_factor))
-            .or_else(|| not_positive("integral_factor", self.integral_factor))
+            .or_else(|| negative("integral_factor", self.integral_factor))
             .or_else(|| infinite("velocity_feedforward", self.velocity_feedforward))
     }
 
@@ -69,6 +69,6 @@ impl Law for ControllerGain {
     }
 
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.05, 20.0), (0.05, 20.0), (0.05, 20.0), (-0.5, 1.5)]
+        vec![(0.05, 20.0), (0.05, 20.0), (0.0, 20.0), (-0.5, 1.5)]
     }
 }

@@ -4,6 +4,7 @@
 //! calibrated, what was noticed in the data → what next.
 
 mod changes;
+pub mod confusion;
 mod extent;
 pub mod figure;
 mod follow_up;

@@ -1,0 +1,137 @@
+//! The friction of forged machines: bristles whose force depends on speed, direction and load.
+
+use crate::guide::stick_slip::Coast;
+
+/// Friction that forged machines have on their guide, as the level that the bristles slide at.
+///
+/// # Model
+/// LuGre, without its viscous term (drag is the guide's own):
+/// ```text
+///   ż = v − σ₀·|v|/g(v)·z        F = −(σ₀·z + σ₁·exp(−(v/v_d)²)·ż)
+/// ```
+/// with `g` the sliding level in the direction of v, `σ₀ = g₀/δ` the stiffness that makes the bristles slide after a
+/// deflection δ, and σ₁ a damping ratio times `2·√(σ₀·m)`, which fades above `v_d = ½·g/σ₁`: a constant σ₁ would brake
+/// many times harder than the level just after a reversal. Over a step, `z₁ = (z₀ + h·v)/(1 + h·σ₀·|v|/g)` with v the mean
+/// of the velocities at its ends; the velocity at the end solves the step's balance, which rises with it by at least
+/// one for two as long as σ₁ is below the mass over the step, so that a bracket is known and the root is unique.
+///
+/// # Validity
+/// A law of another kind than the diagnosing twin's: set-valued signum there, a deflecting bristle here.
+///
+/// # Source
+/// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*; damping that
+/// fades with speed: Olsson (1996), *Control systems with friction*.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ForgedBristle {
+    /// σ₀ in N/m or N·m/rad.
+    pub stiffness: f64,
+    /// σ₁ in N·s/m or N·m·s/rad.
+    pub damping: f64,
+}
+
+/// Bristle damping fades at the velocity where it would make this share of the sliding level.
+const FADING: f64 = 0.5;
+const MOST_ITERATIONS: usize = 60;
+/// Share of the bracket at which the velocity is known.
+const PRECISION: f64 = 1e-10;
+
+impl ForgedBristle {
+    /// Mean friction force over a step of `step_s` and the deflection at its end, from the deflection `begun`; `level`
+    /// is the sliding level at a velocity.
+    ///
+    /// ```
+    /// use slideway::guide::stick_slip::Coast;
+    /// use slideway::trial::bristle::ForgedBristle;
+    /// let bristle = ForgedBristle { stiffness: 1e8, damping: 0.0 };
+    /// // Sliding steadily, the force is the level, against the motion.
+    /// let (mut force, mut deflection) = (0.0, 0.0);
+    /// let coast = Coast { velocity: 0.1, free_velocity: 0.1, mobility: 1e-9 };
+    /// for _ in 0..100 {
+    ///     (force, deflection) = bristle.step(deflection, coast, 1e-4, |_| 12.0);
+    /// }
+    /// assert!((force + 12.0).abs() < 1e-6 && (deflection - 12.0 / 1e8).abs() < 1e-12);
+    /// ```
+    pub fn step(&self, begun: f64, coast: Coast, step_s: f64, level: impl Fn(f64) -> f64) -> (f64, f64) {
+        let answer = |end: f64| {
+            let velocity = 0.5 * (coast.velocity + end);
+            let sliding = level(velocity).max(f64::MIN_POSITIVE);
+            let after =
+                (begun + step_s * velocity) / (1.0 + step_s * self.stiffness * velocity.abs() / sliding);
+            let fading = (-(velocity * self.damping / (FADING * sliding)).powi(2)).exp();
+            let force = -(self.stiffness * after + self.damping * fading * (after - begun) / step_s);
+            (force, after)
+        };
+        let excess = |end: f64| end - coast.free_velocity - coast.mobility * answer(end).0;
+        let end = root(excess, coast.free_velocity);
+        answer(end)
+    }
+}
+
+/// The root of a function whose slope is at least a half, near `start`: Illinois' method in the bracket that the slope
+/// gives.
+fn root(function: impl Fn(f64) -> f64, start: f64) -> f64 {
+    let at_start = function(start);
+    if at_start == 0.0 || !at_start.is_finite() {
+        return start;
+    }
+    let (mut a, mut at_a) = (start, at_start);
+    let (mut b, mut at_b) = (start - 2.0 * at_start, function(start - 2.0 * at_start));
+    let width = (b - a).abs();
+    for _ in 0..MOST_ITERATIONS {
+        if at_b == 0.0 || (b - a).abs() <= PRECISION * width {
+            break;
+        }
+        let next = b - at_b * (b - a) / (at_b - at_a);
+        let next = if next.is_finite() { next } else { 0.5 * (a + b) };
+        let at_next = function(next);
+        if at_next * at_b < 0.0 {
+            (a, at_a) = (b, at_b);
+        } else {
+            at_a *= 0.5;
+        }
+        (b, at_b) = (next, at_next);
+    }
+    b
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A push below the level deflects the bristles by the push over their stiffness, and the block stays.
+    #[test]
+    fn exact_small_push_is_held_elastically() {
+        let (mass, step, push) = (50.0_f64, 31.25e-6, 6.0);
+        let stiffness = 1e8;
+        let bristle = ForgedBristle { stiffness, damping: 2.0 * 0.7 * (stiffness * mass).sqrt() };
+        let (mut velocity, mut deflection, mut position) = (0.0, 0.0, 0.0);
+        for _ in 0..40_000 {
+            let coast =
+                Coast { velocity, free_velocity: velocity + step / mass * push, mobility: step / mass };
+            let (force, after) = bristle.step(deflection, coast, step, |_| 10.0);
+            let end = coast.free_velocity + coast.mobility * force;
+            position += 0.5 * step * (velocity + end);
+            (velocity, deflection) = (end, after);
+        }
+        assert!((deflection - push / stiffness).abs() < 1e-12, "{deflection}");
+        assert!(velocity.abs() < 1e-9 && position < 10.0 * push / stiffness, "{velocity} {position}");
+    }
+
+    /// A block thrown at 1 m/s against 2 N per kg stops after 0.25 m, as with Coulomb friction.
+    #[test]
+    fn exact_sliding_block_stops_where_energy_says() {
+        let (step, level) = (1e-4, 2.0);
+        let bristle =
+            ForgedBristle { stiffness: level / 1e-6, damping: 2.0 * 0.7 * (level / 1e-6_f64).sqrt() };
+        let (mut velocity, mut deflection, mut position) = (1.0, 1e-6, 0.0);
+        for _ in 0..10_000 {
+            let coast = Coast { velocity, free_velocity: velocity, mobility: step };
+            let (force, after) = bristle.step(deflection, coast, step, |_| level);
+            let end = velocity + step * force;
+            position += 0.5 * step * (velocity + end);
+            (velocity, deflection) = (end, after);
+        }
+        // The bristles' deflection of 1 µm is what is left open.
+        assert!((position - 0.25).abs() < 1e-5 && velocity.abs() < 1e-3, "{position} {velocity}");
+    }
+}

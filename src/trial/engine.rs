@@ -1,0 +1,111 @@
+//! Engines that simulate forged machines.
+
+use super::laws::{Forged, ForgedLaws, Otherwise};
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::plant::Plant;
+use crate::plant::axis::Axis;
+use crate::plant::rapier::Rig;
+use crate::replay::{Traces, follow, run};
+use crate::twin::{Sensing, Twin};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// Longest step of a forging plant in s: an eighth of the step on which the diagnosis replays.
+pub const STEP_S: f64 = 31.25e-6;
+/// Longest step while sizes are calibrated, in s.
+pub const SKETCH_STEP_S: f64 = 62.5e-6;
+/// The axis has stood at the first reference for so long before a run begins, in s.
+const STOOD_S: f64 = 1.0;
+
+/// The engine that simulates forged machines, around which lie the [`ForgedLaws`].
+///
+/// A further engine is a variant here, its plant in [`Engine::simulate`] and its word in [`Engine::name`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+#[non_exhaustive]
+pub enum Engine {
+    /// The rigid-body scene built from URDF and meshes, at an eighth of the diagnosing plant's step.
+    #[default]
+    Rapier,
+    /// The reduced axis at the same step: some ten times faster, and nearer to what the diagnosis replays on.
+    Axis,
+}
+
+impl Engine {
+    /// Every engine.
+    pub const ALL: [Self; 2] = [Self::Rapier, Self::Axis];
+
+    /// The word on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Rapier => "rapier",
+            Self::Axis => "axis",
+        }
+    }
+
+    /// Lets a forged machine follow a sampled position reference from standstill.
+    ///
+    /// # Errors
+    /// What the plant refuses.
+    pub fn simulate(
+        self,
+        machine: &Machine,
+        otherwise: &Otherwise,
+        sensing: Sensing,
+        reference: &[f64],
+    ) -> Result<Traces> {
+        let step_s = step(machine, STEP_S);
+        let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
+        Ok(match self {
+            Self::Rapier => walk(&walked, Rig::with_step(&walked, step_s)?, laws, sensing, reference),
+            Self::Axis => walk(&walked, Axis::new(&walked.constants(), step_s), laws, sensing, reference),
+        })
+    }
+}
+
+/// The same with perfect sensors on the reduced axis at a coarser step: fast, for calibrating sizes.
+///
+/// # Errors
+/// None in practice: a machine stays valid when its friction goes into the plant.
+pub fn sketch(machine: &Machine, otherwise: &Otherwise, reference: &[f64]) -> Result<Traces> {
+    let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
+    let plant = Axis::new(&walked.constants(), step(machine, SKETCH_STEP_S));
+    Ok(walk(&walked, plant, laws, Sensing::Perfect, reference))
+}
+
+/// The longest step that divides the sample period and is at most `longest_s`.
+fn step(machine: &Machine, longest_s: f64) -> f64 {
+    let period_s = machine.description().sample_period_s;
+    period_s / (period_s / longest_s - 1e-9).ceil().max(1.0)
+}
+
+fn walk<P: Plant>(
+    machine: &Machine,
+    plant: P,
+    laws: ForgedLaws,
+    sensing: Sensing,
+    reference: &[f64],
+) -> Traces {
+    let period_s = machine.description().sample_period_s;
+    let standing = vec![reference.first().copied().unwrap_or(0.0); (STOOD_S / period_s).round() as usize];
+    let mut twin = Twin::new(machine, Forged::new(plant, laws), sensing);
+    run(&mut twin, follow(&standing, period_s), |_| ());
+    run(&mut twin, follow(reference, period_s), |_| ())
+}
+
+impl fmt::Display for Engine {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Engine {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let names = Self::ALL.map(Self::name).join(", ");
+        Self::ALL.into_iter().find(|e| e.name() == text).ok_or_else(|| format!("expected one of {names}"))
+    }
+}

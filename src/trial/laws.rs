@@ -1,0 +1,228 @@
+//! What forged machines do otherwise than the diagnosing twin: a plant around a plant.
+
+use super::bristle::ForgedBristle;
+use crate::effect::{Effect, EffectId};
+use crate::error::Result;
+use crate::guide::stick_slip::Coast;
+use crate::machine::Machine;
+use crate::plant::{LoadModel, Plant};
+use crate::units::Motion;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// What a forged machine has that no law of the catalogue describes.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Otherwise {
+    /// Deflection δ after which dry friction slides, in m or rad: below the encoder's step. Presliding has its own.
+    pub bristle_deflection: f64,
+    /// Damping ratio of the bristles.
+    pub bristle_damping: f64,
+    /// Third and fourth harmonic of cogging and force ripple as shares of the first; the catalogue has two harmonics.
+    pub harmonics: [f64; 2],
+    /// Their phases in rad.
+    pub phases: [f64; 2],
+}
+
+/// The friction effects that a forged machine carries as bristles instead of the twin's laws.
+const FRICTION: [EffectId; 5] = [
+    EffectId::CoulombFriction,
+    EffectId::AsymmetricFriction,
+    EffectId::StribeckFriction,
+    EffectId::Presliding,
+    EffectId::LoadDependentFriction,
+];
+
+/// Forces of a forged machine that its twin does not apply itself.
+///
+/// # Model
+/// - Dry friction, of whichever law, is [`ForgedBristle`]: its sliding level is the law's resistance at this speed and
+///   direction, the slider loads' part included.
+/// - Cogging and force ripple have a third and a fourth harmonic, shares of the first.
+#[derive(Debug, Clone)]
+pub struct ForgedLaws {
+    frictions: Vec<Effect>,
+    bristle: Option<ForgedBristle>,
+    presliding_force: f64,
+    loaded: Option<(f64, LoadModel)>,
+    cogging: Option<Harmonics>,
+    ripple: Option<Harmonics>,
+}
+
+/// Harmonics beyond the second: amplitudes, phases and period.
+#[derive(Debug, Clone, Copy)]
+struct Harmonics {
+    period: f64,
+    amplitudes: [f64; 2],
+    phases: [f64; 2],
+}
+
+impl Harmonics {
+    fn new(otherwise: &Otherwise, period: f64, first: f64) -> Self {
+        Self { period, amplitudes: otherwise.harmonics.map(|share| share * first), phases: otherwise.phases }
+    }
+
+    fn at(&self, position: f64) -> f64 {
+        let angle = TAU * position / self.period;
+        let wave = |k: usize| self.amplitudes[k] * ((k + 3) as f64 * angle + self.phases[k]).sin();
+        wave(0) + wave(1)
+    }
+}
+
+impl ForgedLaws {
+    /// Splits a machine into the one that the twin walks and the laws around its plant.
+    ///
+    /// # Errors
+    /// None in practice: taking an effect away leaves a valid machine.
+    pub fn split(machine: &Machine, otherwise: &Otherwise) -> Result<(Machine, Self)> {
+        let effects = machine.effects();
+        let frictions: Vec<Effect> =
+            effects.iter().filter(|effect| FRICTION.contains(&effect.id())).cloned().collect();
+        let mut walked = machine.clone();
+        for friction in &frictions {
+            walked = walked.without_effect(friction.id())?;
+        }
+        if frictions.iter().any(|f| f.id() == EffectId::AsymmetricFriction) {
+            // Its mean drag stays with the plant, as the guide's own.
+            walked = walked.with_settings([viscous(&walked, machine.constants().viscous)])?;
+        }
+        let presliding = frictions.iter().find_map(Effect::bristle);
+        let coefficient: f64 = frictions.iter().map(Effect::load_coefficient).sum();
+        let loaded = LoadModel::of(machine).filter(|_| coefficient > 0.0).map(|model| (coefficient, model));
+        let rest = loaded.as_ref().map_or(0.0, |(coefficient, model)| {
+            coefficient * model.loads([0.0; 2]).iter().map(|load| load.abs()).sum::<f64>()
+        });
+        let standing: f64 = frictions.iter().map(|f| f.resistance(1.0, 0.0)).sum::<f64>() + rest;
+        let mass = machine.constants().moving_mass;
+        let stiffness = match presliding {
+            Some(presliding) => presliding.stiffness,
+            None => standing / otherwise.bristle_deflection,
+        };
+        let damping = 2.0 * otherwise.bristle_damping * (stiffness * mass).sqrt();
+        let (mut cogging, mut ripple) = (None, None);
+        for effect in &effects {
+            match effect {
+                Effect::Cogging(law) => {
+                    let first = law.sine_n.hypot(law.cosine_n);
+                    cogging = Some(Harmonics::new(otherwise, law.period_m, first));
+                }
+                Effect::ForceRipple(law) => {
+                    ripple = Some(Harmonics::new(otherwise, law.period_m, law.sine.hypot(law.cosine)));
+                }
+                _ => {}
+            }
+        }
+        let laws = Self {
+            bristle: (stiffness > 0.0).then_some(ForgedBristle { stiffness, damping }),
+            presliding_force: presliding.map_or(0.0, |bristle| bristle.force),
+            frictions,
+            loaded,
+            cogging,
+            ripple,
+        };
+        Ok((walked, laws))
+    }
+}
+
+/// The setting of the guide's viscous coefficient, under the key that the machine's file uses.
+pub(super) fn viscous(machine: &Machine, value: f64) -> (&'static str, toml::Value) {
+    let keys = ["guide.viscous_n_s_per_m", "guide.viscous_nm_s_per_rad"];
+    let own = if machine.motion() == Motion::Prismatic { keys[0] } else { keys[1] };
+    let key = keys.into_iter().find(|key| machine.number(key).is_some()).unwrap_or(own);
+    (key, toml::Value::Float(value))
+}
+
+/// The dry part of a law's resistance; what asymmetric friction adds with speed is drag.
+fn dry(friction: &Effect, direction: f64, speed: f64) -> f64 {
+    let speed = if friction.id() == EffectId::AsymmetricFriction { 0.0 } else { speed };
+    friction.resistance(direction, speed)
+}
+
+/// A plant with the laws of a forged machine around it.
+pub struct Forged<P> {
+    inner: P,
+    laws: ForgedLaws,
+    deflection: f64,
+    forces: [f64; 2],
+}
+
+impl<P: Plant> Forged<P> {
+    /// The plant with these laws, the bristles undeflected.
+    pub fn new(inner: P, laws: ForgedLaws) -> Self {
+        Self { inner, laws, deflection: 0.0, forces: [0.0; 2] }
+    }
+
+    /// Drag by which a direction differs from the mean of both.
+    fn drag(&self, velocity: f64) -> f64 {
+        let direction = velocity.signum();
+        let more = |f: &Effect| f.resistance(direction, velocity.abs()) - dry(f, direction, velocity.abs());
+        -direction * self.laws.frictions.iter().map(more).sum::<f64>()
+    }
+
+    /// Friction over the step that ends so without it.
+    fn friction(&mut self, coast: Coast) -> f64 {
+        let Some(bristle) = self.laws.bristle else { return 0.0 };
+        let loads = self.laws.loaded.as_ref().map_or(0.0, |(coefficient, model)| {
+            let loads = self.inner.slider_loads().unwrap_or_else(|| model.loads(self.forces));
+            coefficient * loads.iter().map(|load| load.abs()).sum::<f64>()
+        });
+        let (frictions, presliding) = (&self.laws.frictions, self.laws.presliding_force);
+        let level = |velocity: f64| {
+            let direction = if velocity < 0.0 { -1.0 } else { 1.0 };
+            let dry: f64 = frictions.iter().map(|f| dry(f, direction, velocity.abs())).sum();
+            dry + loads + presliding
+        };
+        let (force, deflection) = bristle.step(self.deflection, coast, self.inner.step_s(), level);
+        self.deflection = deflection;
+        force
+    }
+}
+
+impl<P: Plant> Plant for Forged<P> {
+    fn step_s(&self) -> f64 {
+        self.inner.step_s()
+    }
+
+    fn position(&self) -> f64 {
+        self.inner.position()
+    }
+
+    fn velocity(&self) -> f64 {
+        self.inner.velocity()
+    }
+
+    fn coast(&mut self, force: f64) -> Coast {
+        self.inner.coast(force)
+    }
+
+    fn advance(&mut self, motor_force: f64, guide_force: f64) {
+        let halfway = self.inner.position() + 0.5 * self.inner.step_s() * self.inner.velocity();
+        let ripple = self.laws.ripple.map_or(0.0, |harmonics| harmonics.at(halfway));
+        let motor_force = motor_force * (1.0 + ripple);
+        let guide_force = guide_force + self.laws.cogging.map_or(0.0, |harmonics| harmonics.at(halfway));
+        let coast = self.inner.coast(motor_force + guide_force);
+        let drag = self.drag(0.5 * (coast.velocity + coast.free_velocity));
+        let coast = Coast { free_velocity: coast.free_velocity + coast.mobility * drag, ..coast };
+        let guide_force = guide_force + drag + self.friction(coast);
+        self.inner.advance(motor_force, guide_force);
+        self.forces = [motor_force, guide_force];
+    }
+
+    fn place(&mut self, position: f64, velocity: f64) {
+        self.inner.place(position, velocity);
+        (self.deflection, self.forces) = (0.0, [0.0; 2]);
+    }
+
+    fn snapshot(&self) -> Vec<f64> {
+        [vec![self.deflection, self.forces[0], self.forces[1]], self.inner.snapshot()].concat()
+    }
+
+    fn restore(&mut self, snapshot: &[f64]) {
+        let (own, inner) = snapshot.split_at(3);
+        (self.deflection, self.forces) = (own[0], [own[1], own[2]]);
+        self.inner.restore(inner);
+    }
+
+    fn slider_loads(&self) -> Option<[f64; 4]> {
+        self.inner.slider_loads()
+    }
+}

@@ -1,0 +1,90 @@
+//! Which case hides what: tiers filled up evenly with effects, then shuffled.
+
+use super::seed::Seed;
+use super::tier::Tier;
+use crate::effect::EffectId;
+use crate::recording::Signal;
+use rand::RngExt;
+use rand::rngs::StdRng;
+
+/// One case before anything of it is drawn.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Planned {
+    /// Its tier.
+    pub tier: Tier,
+    /// The effects to hide, in no order.
+    pub effects: Vec<EffectId>,
+    /// Signals not to log.
+    pub missing: Vec<Signal>,
+    /// What its random numbers are called: its tier and place in it, so that one tier does not depend on others.
+    pub purpose: String,
+}
+
+/// The signals that the tier of missing signals leaves out, one at a time.
+pub const MISSING: [Signal; 3] = [Signal::Current, Signal::ControlEffort, Signal::Velocity];
+
+/// Plans tiers of so many cases each (their own number where none is given), from effects that can be forged, on a
+/// machine that logs these signals; `equal` tells effects that no data tell apart.
+pub fn plan(
+    seed: Seed,
+    tiers: &[Tier],
+    cases: Option<usize>,
+    effects: &[EffectId],
+    logged: &[Signal],
+    equal: &dyn Fn(EffectId, EffectId) -> bool,
+) -> Vec<Planned> {
+    let missing: Vec<Signal> = MISSING.into_iter().filter(|signal| logged.contains(signal)).collect();
+    let mut all = Vec::new();
+    for &tier in tiers {
+        let mut random = seed.random(&format!("plan {tier}"));
+        let sets = sets(tier, effects, equal, &mut random);
+        let count = cases.unwrap_or_else(|| tier.cases(effects.len()));
+        for k in 0..count {
+            let Some(set) = sets.get(k % sets.len().max(1)) else { break };
+            let left_out = match tier {
+                Tier::Missing => missing.get(k % missing.len().max(1)).copied(),
+                _ => None,
+            };
+            all.push(Planned {
+                tier,
+                effects: set.clone(),
+                missing: left_out.into_iter().collect(),
+                purpose: format!("{tier} {k}"),
+            });
+        }
+    }
+    shuffle(&mut all, &mut seed.random("order"));
+    all
+}
+
+/// The sets of effects that a tier goes through.
+fn sets(
+    tier: Tier,
+    effects: &[EffectId],
+    equal: &dyn Fn(EffectId, EffectId) -> bool,
+    random: &mut StdRng,
+) -> Vec<Vec<EffectId>> {
+    let mut sets: Vec<Vec<EffectId>> = match tier.effects() {
+        0 => vec![Vec::new()],
+        1 => effects.iter().map(|effect| vec![*effect]).collect(),
+        _ => pairs(effects, equal),
+    };
+    shuffle(&mut sets, random);
+    sets
+}
+
+/// Every two effects that can act beside each other, neither of which is the other or a part of it.
+fn pairs(effects: &[EffectId], equal: &dyn Fn(EffectId, EffectId) -> bool) -> Vec<Vec<EffectId>> {
+    let part = |a: EffectId, b: EffectId| a.stands_for().contains(&b) || b.stands_for().contains(&a);
+    let beside = |a: EffectId, b: EffectId| a < b && !a.excludes(b) && !part(a, b) && !equal(a, b);
+    effects
+        .iter()
+        .flat_map(|&a| effects.iter().filter(move |&&b| beside(a, b)).map(move |&b| vec![a, b]))
+        .collect()
+}
+
+fn shuffle<T>(list: &mut [T], random: &mut StdRng) {
+    for k in (1..list.len()).rev() {
+        list.swap(k, random.random_range(0..=k));
+    }
+}

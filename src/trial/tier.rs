@@ -1,0 +1,82 @@
+//! The tiers of a trial: what is hidden, and what the diagnosis is given.
+
+use crate::error::{Error, ErrorKind};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::str::FromStr;
+
+/// A tier.
+///
+/// In every tier the nominal parameters are a little off, inside their tolerances, as on real machines.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Tier {
+    /// Nothing hidden: any cause named is a false alarm.
+    Null,
+    /// One effect.
+    Single,
+    /// Two effects that can act beside each other.
+    Pair,
+    /// One effect, struck from the catalogue together with those that contain it or are its equal.
+    Outside,
+    /// One effect beside nominal parameters that are all off together by a third of their tolerance.
+    Poor,
+    /// One effect, and no current, no effort or no velocity logged.
+    Missing,
+}
+
+impl Tier {
+    /// Every tier.
+    pub const ALL: [Self; 6] =
+        [Self::Null, Self::Single, Self::Pair, Self::Outside, Self::Poor, Self::Missing];
+
+    /// The word on the command line and in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Null => "null",
+            Self::Single => "single",
+            Self::Pair => "pair",
+            Self::Outside => "outside",
+            Self::Poor => "poor",
+            Self::Missing => "missing",
+        }
+    }
+
+    /// Cases where no number is asked for, with so many effects that can be forged.
+    pub fn cases(self, effects: usize) -> usize {
+        match self {
+            Self::Null | Self::Pair => 40,
+            Self::Single => 5 * effects,
+            Self::Outside | Self::Poor | Self::Missing => effects,
+        }
+    }
+
+    /// Effects that one case hides.
+    pub fn effects(self) -> usize {
+        match self {
+            Self::Null => 0,
+            Self::Pair => 2,
+            _ => 1,
+        }
+    }
+}
+
+impl fmt::Display for Tier {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Tier {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        Self::ALL.into_iter().find(|tier| tier.name() == text).ok_or_else(|| {
+            Error::new(ErrorKind::OutOfRange)
+                .key("tier")
+                .found(format!("`{text}`"))
+                .expected(Self::ALL.map(Self::name).join(", "))
+                .remedy("correct its name")
+        })
+    }
+}

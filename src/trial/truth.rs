@@ -1,0 +1,79 @@
+//! The truth of a trial: what was hidden in each case.
+
+use super::engine::Engine;
+use super::laws::Otherwise;
+use super::nominal::NominalErrors;
+use super::strokes::Strokes;
+use super::tier::Tier;
+use crate::effect::{EffectId, Site};
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Schema of the truth file.
+pub const SCHEMA: &str = "slideway-truth/1";
+
+/// What was hidden in all cases.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Truth {
+    /// `slideway-truth/1`.
+    pub schema: String,
+    /// Seed of the trial.
+    pub seed: u64,
+    /// What makes the hash more than a hash of guesses.
+    pub nonce: String,
+    /// Name of the machine.
+    pub machine: String,
+    /// Engine that the recordings were simulated on.
+    pub engine: Engine,
+    /// The cases, in their order.
+    pub cases: Vec<TrueCase>,
+}
+
+/// What was hidden in one case.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct TrueCase {
+    /// Its number, from 1.
+    pub case: usize,
+    /// Its tier.
+    pub tier: Tier,
+    /// The hidden effects; none in the null tier.
+    pub effects: Vec<HiddenEffect>,
+    /// By how much the nominal parameters were off.
+    pub nominal: NominalErrors,
+    /// What the forged machine had that no law of the catalogue describes.
+    pub otherwise: Otherwise,
+    /// The runs.
+    pub runs: Vec<Strokes>,
+    /// Effects struck from the catalogue.
+    pub struck: Vec<EffectId>,
+    /// Canonical names of the signals that were not logged.
+    pub missing: Vec<String>,
+    /// Gap of everything hidden, nominal errors aside.
+    pub gap: f64,
+}
+
+/// One hidden effect.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct HiddenEffect {
+    /// Which one.
+    pub effect: EffectId,
+    /// Its parameters, by their key; a payload comes on top of what the nominal mass is off by.
+    pub parameters: BTreeMap<String, f64>,
+    /// Gap that it alone makes beyond what a simpler law would.
+    pub gap: f64,
+    /// Effects that are its equal on the logged signals.
+    pub equals: Vec<EffectId>,
+}
+
+impl HiddenEffect {
+    /// Whether a name is the effect's or an equal's.
+    pub fn is_called(&self, name: &str) -> bool {
+        self.effect.name() == name || self.equals.iter().any(|equal| equal.name() == name)
+    }
+
+    /// Whether a site is the effect's or an equal's.
+    pub fn is_at(&self, site: &str) -> bool {
+        let sites = super::equals::sites(self.effect, &self.equals);
+        sites.iter().any(|s: &Site| s.name() == site)
+    }
+}

@@ -1,0 +1,540 @@
+//! Blind trials: the seal, the forge, the score.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
+
+use proptest::prelude::*;
+use slideway::effect::EffectId;
+use slideway::machine::Machine;
+use slideway::plant::axis::Axis;
+use slideway::recording::{Recording, Role, Signal};
+use slideway::replay::{follow, run as walk};
+use slideway::trial::draw::{self, GAPS, Outcome};
+use slideway::trial::engine::{SKETCH_STEP_S, sketch};
+use slideway::trial::equals::{equals, struck};
+use slideway::trial::forge::logged;
+use slideway::trial::interval::{Level, Rate};
+use slideway::trial::judge::Judged;
+use slideway::trial::laws::Otherwise;
+use slideway::trial::nominal::NominalErrors;
+use slideway::trial::plan::{Planned, plan};
+use slideway::trial::score::summaries;
+use slideway::trial::seal::{Committed, is_open};
+use slideway::trial::strokes::Strokes;
+use slideway::trial::truth::{HiddenEffect, TrueCase};
+use slideway::trial::verdict::Said;
+use slideway::trial::{CommittedVerdicts, Seed, Tier, Trial};
+use slideway::twin::{Sensing, Twin};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+fn grinder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")
+}
+
+fn machine() -> Machine {
+    Machine::read(&grinder()).unwrap()
+}
+
+fn slideway(arguments: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_slideway")).arg("trial").args(arguments).output().unwrap()
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
+}
+
+/// What a refusal says on standard error, on one line.
+fn refusal(output: &Output) -> String {
+    assert_eq!(output.status.code(), Some(2), "{}{}", text(&output.stdout), text(&output.stderr));
+    text(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+fn forge(out: &Path, seed: &str, tier: &str, cases: &str) -> Output {
+    let machine = grinder();
+    slideway(&[
+        "forge",
+        "--machine",
+        machine.to_str().unwrap(),
+        "--seed",
+        seed,
+        "--tier",
+        tier,
+        "--cases",
+        cases,
+        "--engine",
+        "axis",
+        "--out",
+        out.to_str().unwrap(),
+    ])
+}
+
+fn forged(out: &Path, seed: &str, tier: &str, cases: &str) -> Trial {
+    let output = forge(out, seed, tier, cases);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    Trial::read(out).unwrap()
+}
+
+fn ran(trial: &Trial) -> String {
+    let output = slideway(&["run", trial.folder.to_str().unwrap()]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    text(&output.stdout)
+}
+
+fn score(trial: &Trial) -> Output {
+    slideway(&["score", trial.folder.to_str().unwrap()])
+}
+
+/// Every file below a folder with its content.
+fn content(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let (mut files, mut open) = (BTreeMap::new(), vec![folder.to_path_buf()]);
+    while let Some(inner) = open.pop() {
+        for entry in std::fs::read_dir(inner).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                open.push(path);
+            } else {
+                let name = path.strip_prefix(folder).unwrap().to_path_buf();
+                files.insert(name, std::fs::read(&path).unwrap());
+            }
+        }
+    }
+    files
+}
+
+#[test]
+fn exact_seeds_for_developing_and_for_judging_are_apart() {
+    assert_eq!(Seed::new(999).unwrap().kind(), "development");
+    assert_eq!(Seed::new(1_000_000).unwrap().kind(), "judging");
+    for number in [1_000, 999_999, u64::MAX] {
+        let error = Seed::new(number).unwrap_err();
+        assert!(error.remedy_text().is_some(), "{error}");
+    }
+}
+
+/// A trial from end to end: the hash that is printed is the file's, the recordings are as any other, nothing sealed is
+/// needed to diagnose, and the score adds up.
+#[test]
+fn exact_trial_from_end_to_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("trial");
+    let printed = text(&forge(&out, "9", "single", "1").stdout);
+    let trial = Trial::read(&out).unwrap();
+    let truth = std::fs::read(Trial::truth_file(&out)).unwrap();
+    let hash = slideway::trial::folder::sha256(&truth);
+    assert_eq!(trial.announcement.truth_sha256, hash);
+    assert!(printed.starts_with(&format!("truth sealed, SHA-256 {hash}")), "{printed}");
+    assert!(printed.contains("seed 9 (development)"), "{printed}");
+    // What a diagnosis is given tells nothing of the truth.
+    let public = content(&out.join("cases"));
+    let toml = public.iter().filter(|(name, _)| name.extension().is_some_and(|e| e == "toml"));
+    for (name, text) in
+        toml.chain([(&PathBuf::from("trial.toml"), &std::fs::read(out.join("trial.toml")).unwrap())])
+    {
+        let text = String::from_utf8_lossy(text);
+        for effect in EffectId::ALL {
+            assert!(!text.contains(effect.name()), "{} in {}", effect.name(), name.display());
+        }
+    }
+    assert!(Recording::read(trial.case_folder(1)).unwrap().runs().len() >= 5);
+    let sealed = out.join("sealed");
+    let away = folder.path().join("sealed");
+    std::fs::rename(&sealed, &away).unwrap();
+    assert!(ran(&trial).contains("1 verdicts committed, 0 before"));
+    std::fs::rename(&away, &sealed).unwrap();
+    let [json, svg] = ["score.json", "confusion.svg"].map(|name| folder.path().join(name));
+    let output = slideway(&[
+        "score",
+        out.to_str().unwrap(),
+        "--json",
+        json.to_str().unwrap(),
+        "--figure",
+        svg.to_str().unwrap(),
+    ]);
+    let shown = text(&output.stdout);
+    println!("{shown}");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert!(is_open(&trial));
+    assert!(shown.contains("A development seed") && shown.contains("best public"), "{shown}");
+    let score: serde_json::Value = serde_json::from_slice(&std::fs::read(&json).unwrap()).unwrap();
+    assert_eq!(score["schema"], "slideway-score/1");
+    assert_eq!(score["cases"].as_array().unwrap().len(), 1);
+    let right = score["cases"].as_array().unwrap().iter().filter(|case| case["top_1"] == true).count();
+    assert_eq!(score["tiers"][0]["top_1"]["hits"], right);
+    let drawn = std::fs::read_to_string(&svg).unwrap();
+    assert!(drawn.starts_with("<svg") && drawn.ends_with("</svg>\n"));
+}
+
+/// From one seed the same bytes, also where a kill left a part of them.
+#[test]
+fn exact_forging_is_reproducible_and_goes_on_after_a_kill() {
+    let folder = tempfile::tempdir().unwrap();
+    let [one, other] = ["one", "other"].map(|name| folder.path().join(name));
+    forged(&one, "4", "null", "3");
+    let trial = forged(&other, "4", "null", "3");
+    let whole = content(&one);
+    assert_eq!(whole, content(&other));
+    std::fs::remove_dir_all(trial.case_folder(2)).unwrap();
+    std::fs::remove_file(other.join("cases/003.catalogue.toml")).unwrap();
+    forged(&other, "4", "null", "3");
+    assert_eq!(whole, content(&other));
+    // Killed between seal and announcement.
+    std::fs::remove_dir_all(other.join("cases")).unwrap();
+    std::fs::remove_file(other.join("trial.toml")).unwrap();
+    forged(&other, "4", "null", "3");
+    assert_eq!(whole, content(&other));
+    let refused = refusal(&forge(&other, "5", "null", "3"));
+    assert!(refused.contains("trial.toml") && refused.contains("seed 4 where 5 is ordered"), "{refused}");
+}
+
+/// The seal opens for committed verdicts only, and for no others afterwards.
+#[test]
+fn exact_seal_opens_for_committed_verdicts_only() {
+    let folder = tempfile::tempdir().unwrap();
+    let trial = forged(&folder.path().join("trial"), "6", "null", "2");
+    let refused = refusal(&score(&trial));
+    assert!(refused.contains("no verdict on 2 of 2 cases") && refused.contains("trial run"), "{refused}");
+    assert!(CommittedVerdicts::read(&trial).is_err() && !is_open(&trial));
+    ran(&trial);
+    // Half of the verdicts lost: the rest stands, the lost ones come out the same.
+    let before = content(&trial.verdicts());
+    std::fs::remove_file(trial.verdicts().join("002.json")).unwrap();
+    assert!(refusal(&score(&trial)).contains("no verdict on 1 of 2 cases"));
+    assert!(ran(&trial).contains("1 verdicts committed, 1 before"));
+    let after = content(&trial.verdicts());
+    for verdict in ["001.json", "002.json"].map(PathBuf::from) {
+        assert_eq!(before[&verdict], after[&verdict], "{}", verdict.display());
+    }
+    // A verdict changed after it was committed, and a truth changed after it was sealed.
+    let verdict = trial.verdicts().join("001.json");
+    let mut changed = after[Path::new("001.json")].clone();
+    changed.push(b'\n');
+    std::fs::write(&verdict, &changed).unwrap();
+    let refused = refusal(&score(&trial));
+    assert!(refused.contains("001.json") && refused.contains("changed after it was committed"), "{refused}");
+    assert!(refusal(&slideway(&["run", trial.folder.to_str().unwrap()])).contains("001.json"));
+    std::fs::write(&verdict, &after[Path::new("001.json")]).unwrap();
+    let truth_file = Trial::truth_file(&trial.folder);
+    let truth = std::fs::read(&truth_file).unwrap();
+    std::fs::write(&truth_file, [truth.as_slice(), b" "].concat()).unwrap();
+    assert!(refusal(&score(&trial)).contains("changed after it was sealed") && !is_open(&trial));
+    std::fs::write(&truth_file, &truth).unwrap();
+    // Open: the same score again, but no verdict any more.
+    let first = score(&trial);
+    assert!(first.status.success(), "{}", text(&first.stderr));
+    assert_eq!(first.stdout, score(&trial).stdout);
+    std::fs::remove_file(&verdict).unwrap();
+    let refused = refusal(&slideway(&["run", trial.folder.to_str().unwrap()]));
+    assert!(refused.contains("seal is open") && refused.contains("another seed"), "{refused}");
+    let forget = trial.verdicts().join("committed.json");
+    std::fs::write(&verdict, &after[Path::new("001.json")]).unwrap();
+    let ledger = std::fs::read_to_string(&forget).unwrap();
+    std::fs::write(&forget, ledger.replacen("\"seconds\": ", "\"seconds\": 1", 1)).unwrap();
+    assert!(refusal(&score(&trial)).contains("other than those that the seal was opened against"));
+}
+
+#[test]
+fn exact_wrong_inputs_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = folder.path().to_str().unwrap();
+    for step in ["run", "score"] {
+        let refused = refusal(&slideway(&[step, place]));
+        assert!(refused.contains("trial.toml") && refused.contains("trial forge"), "{refused}");
+    }
+    std::fs::write(folder.path().join("diary.txt"), "mine").unwrap();
+    let refused = refusal(&forge(folder.path(), "1", "null", "1"));
+    assert!(refused.contains("no trial") && refused.contains("another folder"), "{refused}");
+    let refused = refusal(&forge(&folder.path().join("a"), "5000", "null", "1"));
+    assert!(refused.contains("1000000"), "{refused}");
+    let loose = folder.path().join("loose");
+    std::fs::create_dir(&loose).unwrap();
+    let text = std::fs::read_to_string(grinder().join("machine.toml")).unwrap();
+    let (head, rest) = text.split_once("[controller]").unwrap();
+    let (_, tail) = rest.split_once("[motor]").unwrap();
+    let urdf = grinder().join("machine.urdf");
+    let head = head.replace("\"machine.urdf\"", &format!("{urdf:?}"));
+    std::fs::write(loose.join("machine.toml"), format!("{head}[motor]{tail}")).unwrap();
+    let out = folder.path().join("out");
+    let refused = refusal(&slideway(&[
+        "forge",
+        "--machine",
+        loose.to_str().unwrap(),
+        "--seed",
+        "1",
+        "--out",
+        out.to_str().unwrap(),
+    ]));
+    assert!(refused.contains("controller") && refused.contains("state the control law"), "{refused}");
+    assert!(!out.exists());
+}
+
+/// Every effect of the catalogue can be forged on a machine that can have it, at a size inside the window or, where its
+/// tolerance begins above it, at least that large.
+#[test]
+fn exact_every_effect_can_be_forged() {
+    let (machine, seed) = (machine(), Seed::new(11).unwrap());
+    let logged = logged(&machine);
+    for &effect in EffectId::ALL {
+        let planned = Planned {
+            tier: Tier::Single,
+            effects: vec![effect],
+            missing: Vec::new(),
+            purpose: format!("test {}", effect.name()),
+        };
+        match draw::case(seed, &machine, &logged, &planned).unwrap() {
+            Outcome::Skipped(_, reason) => panic!("{}: {reason}", effect.name()),
+            Outcome::Drawn(case) => {
+                let gap = case.effects[0].gap;
+                println!("{} {gap:.1} {:?}", effect.name(), case.effects[0].parameters);
+                // The search stops within 2 %; resolutions are steps.
+                assert!(gap >= 0.9 * GAPS.0 && gap.is_finite(), "{}: {gap}", effect.name());
+                assert!(case.machine(&machine).is_ok(), "{}", effect.name());
+            }
+        }
+    }
+}
+
+/// Two effects of a pair can act beside each other, and tiers are filled evenly.
+#[test]
+fn exact_plan_is_even_and_pairs_are_possible() {
+    let (machine, seed) = (machine(), Seed::new(2).unwrap());
+    let logged = logged(&machine);
+    let equal = |a, b| equals(a, &machine, &logged).contains(&b);
+    let planned = plan(seed, &Tier::ALL, None, EffectId::ALL, &logged, &equal);
+    let of = |tier: Tier| planned.iter().filter(move |p| p.tier == tier);
+    for &effect in EffectId::ALL {
+        assert_eq!(of(Tier::Single).filter(|p| p.effects == [effect]).count(), 5, "{}", effect.name());
+        assert_eq!(of(Tier::Outside).filter(|p| p.effects == [effect]).count(), 1, "{}", effect.name());
+    }
+    assert_eq!((of(Tier::Null).count(), of(Tier::Pair).count()), (40, 40));
+    for pair in of(Tier::Pair) {
+        let [a, b] = pair.effects[..] else { panic!("{pair:?}") };
+        assert!(a != b && !a.excludes(b) && !equal(a, b), "{pair:?}");
+    }
+    assert!(of(Tier::Missing).all(|p| p.missing.len() == 1));
+    let signals: Vec<Signal> = of(Tier::Missing).map(|p| p.missing[0]).collect();
+    assert!([Signal::Current, Signal::ControlEffort, Signal::Velocity].iter().all(|s| signals.contains(s)));
+}
+
+#[test]
+fn exact_equals_and_what_holds_them_are_struck() {
+    let machine = machine();
+    let signals = logged(&machine);
+    assert_eq!(equals(EffectId::ForceConstant, &machine, &signals), [EffectId::EncoderScale]);
+    let with_force = [signals.clone(), vec![Signal::Thrust]].concat();
+    assert!(equals(EffectId::ForceConstant, &machine, &with_force).is_empty());
+    assert!(equals(EffectId::AmplifierOffset, &machine, &signals).is_empty());
+    let struck = struck(EffectId::CoulombFriction, &machine, &signals);
+    for effect in [
+        EffectId::CoulombFriction,
+        EffectId::LoadDependentFriction,
+        EffectId::AsymmetricFriction,
+        EffectId::StribeckFriction,
+        EffectId::Presliding,
+    ] {
+        assert!(struck.contains(&effect), "{struck:?}");
+    }
+    assert!(!struck.contains(&EffectId::ViscousFriction));
+}
+
+const OTHERWISE: Otherwise =
+    Otherwise { bristle_deflection: 4e-8, bristle_damping: 0.7, harmonics: [0.0; 2], phases: [0.0; 2] };
+
+fn strokes() -> Strokes {
+    Strokes { name: "run".to_owned(), stroke: 0.03, feed: 0.1333, dwell_s: 0.2, role: Role::Training }
+}
+
+/// Without laws of its own, the forging plant is the plant inside.
+#[test]
+fn exact_forging_adds_nothing_where_nothing_is_hidden() {
+    let machine = machine();
+    let reference = strokes().reference(&machine);
+    let forged = sketch(&machine, &OTHERWISE, &reference).unwrap();
+    let plant = Axis::new(&machine.constants(), SKETCH_STEP_S);
+    let mut twin = Twin::new(&machine, plant, Sensing::Perfect);
+    let period_s = machine.description().sample_period_s;
+    let standing = vec![reference[0]; 4000];
+    walk(&mut twin, follow(&standing, period_s), |_| ());
+    assert_eq!(forged, walk(&mut twin, follow(&reference, period_s), |_| ()));
+}
+
+/// Stiff bristles are Coulomb friction, up to their deflection.
+#[test]
+fn exact_stiff_bristles_are_coulomb_friction() {
+    let machine = machine();
+    let real = machine.with_settings([("effect.coulomb_friction.force_n", 15.0.into())]).unwrap();
+    let reference = strokes().reference(&machine);
+    let forged = sketch(&real, &OTHERWISE, &reference).unwrap();
+    let plain = sketch(&machine, &OTHERWISE, &reference).unwrap();
+    let mut twin = Twin::new(&real, Axis::new(&real.constants(), SKETCH_STEP_S), Sensing::Perfect);
+    let period_s = machine.description().sample_period_s;
+    walk(&mut twin, follow(&vec![0.0; 4000], period_s), |_| ());
+    let coulomb = walk(&mut twin, follow(&reference, period_s), |_| ());
+    let rms = |a: &[f64], b: &[f64]| {
+        (a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>() / a.len() as f64).sqrt()
+    };
+    let (left, effect) = (rms(&forged.position, &coulomb.position), rms(&plain.position, &coulomb.position));
+    println!("friction moves the table by {effect:.2e} m, bristles differ by {left:.2e} m");
+    // Deflection of the bristles and the way in which they come to rest.
+    assert!(left < 0.02 * effect, "{left} of {effect}");
+}
+
+fn hidden(effect: EffectId, gap: f64) -> HiddenEffect {
+    let parameters = match effect {
+        EffectId::CoulombFriction => BTreeMap::from([("force_n".to_owned(), 10.0)]),
+        _ => BTreeMap::new(),
+    };
+    let equals = match effect {
+        EffectId::ForceConstant => vec![EffectId::EncoderScale],
+        _ => Vec::new(),
+    };
+    HiddenEffect { effect, parameters, gap, equals }
+}
+
+fn truth(case: usize, tier: Tier, effects: &[EffectId]) -> TrueCase {
+    TrueCase {
+        case,
+        tier,
+        effects: effects.iter().enumerate().map(|(k, e)| hidden(*e, 20.0 + k as f64)).collect(),
+        nominal: NominalErrors::default(),
+        otherwise: OTHERWISE,
+        runs: Vec::new(),
+        struck: Vec::new(),
+        missing: Vec::new(),
+        gap: 20.0,
+    }
+}
+
+/// A verdict with causes `name|confusable` and probabilities.
+fn said(verdict: &str, causes: &[&str], effects: &[(&str, f64)], site: &str, closed: [f64; 2]) -> Committed {
+    let causes: Vec<serde_json::Value> = causes
+        .iter()
+        .map(|cause| {
+            let mut names = cause.split('|');
+            let effect = names.next().unwrap();
+            let others: Vec<&str> = names.collect();
+            let force = serde_json::json!({"value": 11.0, "ci95": [10.5, 11.5], "unit": "N", "twin": 0.0});
+            serde_json::json!({"effect": effect, "site": "guide", "probability": 0.5, "closes": 0.9,
+                "confusable_with": others, "parameters": {"force_n": force}})
+        })
+        .collect();
+    let effects: Vec<serde_json::Value> =
+        effects.iter().map(|(e, p)| serde_json::json!({"effect": e, "probability": p})).collect();
+    let value = serde_json::json!({"schema": "slideway-diagnosis/1", "verdict": verdict, "causes": causes,
+        "effects": effects, "ranking": [],
+        "gap": {"before": 20.0, "after": 1.0, "closed": closed[0], "predicted_closed": closed[1]},
+        "where": {"site": [{"site": "motor", "share": 0.2}, {"site": site, "share": 0.8}]}});
+    Committed { case: 1, said: Said::parse(value.to_string().as_bytes()).unwrap(), seconds: 2.0 }
+}
+
+const COULOMB: &str = "coulomb_friction";
+
+#[test]
+fn exact_single_verdicts_are_judged_by_hand() {
+    let coulomb = truth(1, Tier::Single, &[EffectId::CoulombFriction]);
+    let named = Judged::new(&coulomb, &said("cause", &[COULOMB], &[(COULOMB, 0.9)], "guide", [0.99, 0.95]));
+    assert!(named.top_1 && named.top_2 && named.exact && named.extra == 0 && named.is_right());
+    assert_eq!((named.probability, named.site), (Some(0.9), Some(true)));
+    assert!((named.parameter_error.unwrap() - 0.1).abs() < 1e-12);
+    assert_eq!(named.covered, Some(0.0));
+    // Second, and behind a group that holds it.
+    let effects = [("payload", 0.6), (COULOMB, 0.3), ("backlash", 0.1)];
+    let second = Judged::new(&coulomb, &said("cause", &["payload"], &effects, "structure", [0.9, 0.9]));
+    assert!(!second.top_1 && second.top_2 && second.extra == 1 && !second.is_right());
+    assert_eq!((second.probability, second.site), (Some(0.3), Some(false)));
+    let group = ["payload|coulomb_friction"];
+    let group = Judged::new(&coulomb, &said("undecided", &group, &effects, "guide", [0.9, 0.9]));
+    assert!(group.top_1 && !group.exact && group.extra == 0 && group.flagged);
+    assert!((group.probability.unwrap() - 0.9).abs() < 1e-12);
+    // Probable but not named; no gap at all; refused.
+    let unknown = Judged::new(&coulomb, &said("unknown", &[], &[(COULOMB, 0.9)], "guide", [0.0, 0.0]));
+    assert!(!unknown.top_1 && unknown.top_2 && unknown.closed.is_none());
+    for verdict in ["no_gap", "refused"] {
+        let none = Judged::new(&coulomb, &said(verdict, &[], &[], "guide", [0.0, 0.0]));
+        assert!(!none.top_1 && !none.top_2 && !none.is_right(), "{verdict}");
+    }
+    // Exact equals share their probability; a name in an equal's place must be reported as such.
+    let constant = truth(1, Tier::Single, &[EffectId::ForceConstant]);
+    let effects = [("encoder_scale", 0.5), ("force_constant", 0.5)];
+    let equal = Judged::new(&constant, &said("cause", &["encoder_scale"], &effects, "sensor", [0.9, 0.9]));
+    assert!(!equal.top_1 && equal.top_2 && equal.extra == 0);
+    assert_eq!((equal.probability, equal.site), (Some(1.0), Some(true)));
+}
+
+#[test]
+fn exact_other_tiers_are_judged_by_hand() {
+    let two = [EffectId::CoulombFriction, EffectId::Payload];
+    let pair = truth(1, Tier::Pair, &two);
+    let both = said("cause", &["payload", COULOMB], &[(COULOMB, 1.0), ("payload", 0.6)], "guide", [0.9, 0.7]);
+    let both = Judged::new(&pair, &both);
+    assert!(both.all_named && both.exact && both.top_1 && both.is_right());
+    assert!((both.probability.unwrap() - 0.8).abs() < 1e-12);
+    let one = Judged::new(&pair, &said("cause", &[COULOMB, "backlash"], &[], "guide", [0.9, 0.9]));
+    assert!(!one.all_named && one.extra == 1 && !one.is_right());
+    let null = truth(1, Tier::Null, &[]);
+    let quiet = Judged::new(&null, &said("no_gap", &[], &[], "guide", [0.0, 0.0]));
+    assert!(quiet.is_right() && quiet.probability.is_none() && quiet.site.is_none());
+    assert!(!Judged::new(&null, &said("unknown", &[], &[], "guide", [0.0, 0.0])).is_right());
+    let outside = truth(1, Tier::Outside, &[EffectId::CoulombFriction]);
+    assert!(Judged::new(&outside, &said("unknown", &["payload"], &[], "guide", [0.5, 0.5])).is_right());
+    assert!(!Judged::new(&outside, &said("cause", &["payload"], &[], "guide", [0.5, 0.5])).is_right());
+}
+
+#[test]
+fn exact_summaries_and_bars_count_by_hand() {
+    let coulomb = truth(1, Tier::Single, &[EffectId::CoulombFriction]);
+    let right = Judged::new(&coulomb, &said("cause", &[COULOMB], &[(COULOMB, 1.0)], "guide", [0.99, 0.95]));
+    let wrong =
+        Judged::new(&coulomb, &said("cause", &["payload"], &[("payload", 1.0)], "guide", [0.97, 0.80]));
+    let null = truth(1, Tier::Null, &[]);
+    let alarm = Judged::new(&null, &said("cause", &["payload"], &[], "guide", [0.5, 0.5]));
+    let quiet = Judged::new(&null, &said("no_gap", &[], &[], "guide", [0.0, 0.0]));
+    let cases = vec![right.clone(), right.clone(), right, wrong, alarm, quiet];
+    let summaries = summaries(&cases);
+    let [null, single] = &summaries[..] else { panic!("{summaries:?}") };
+    assert_eq!((null.false_alarms.hits, null.false_alarms.of, null.false_causes.hits), (1, 2, 1));
+    assert_eq!((single.top_1.hits, single.top_1.of), (3, 4));
+    assert_eq!((single.predicted_within.hits, single.predicted_within.of), (3, 4));
+    assert!((single.probability.value.unwrap() - 0.75).abs() < 1e-12);
+    assert!((single.closed.value.unwrap() - 0.99).abs() < 1e-12);
+    let bars = slideway::trial::bars::bars(&summaries);
+    let reached = |name: &str| bars.iter().find(|bar| bar.name == name).unwrap().is_reached();
+    assert_eq!(reached("top-1"), Some(false));
+    assert_eq!(reached("false alarms"), Some(false));
+    assert_eq!(reached("median share of the gap closed"), Some(true));
+    let confusion = slideway::trial::confusion::Confusion::of(&cases);
+    assert_eq!(confusion.mistakes(), [("nothing", "payload", 1), (COULOMB, "payload", 1)]);
+    let table = slideway::report::confusion::table(&confusion);
+    assert!(table.contains(COULOMB) && table.contains('3'), "{table}");
+    // Wrong first, and of these the surer.
+    assert!(cases[3].badness() > cases[0].badness() && cases[4].badness() > cases[5].badness());
+}
+
+/// Wilson's interval in closed form.
+#[test]
+fn exact_wilson_interval() {
+    let z2 = 1.959_963_984_540_054_f64.powi(2);
+    let all = Rate::new(20, 20);
+    assert!((all.ci95.unwrap()[0] - 20.0 / (20.0 + z2)).abs() < 1e-12);
+    let half = Rate::new(10, 20);
+    let [from, to] = half.ci95.unwrap();
+    // p = 1/2: symmetric, half-width z/(2·√(n + z²)).
+    assert!((from + to - 1.0).abs() < 1e-12);
+    assert!((0.5 * (to - from) - 0.5 * (z2 / (20.0 + z2)).sqrt()).abs() < 1e-12);
+    assert!(Rate::new(0, 0).value.is_none() && Level::mean(&[]).value.is_none());
+}
+
+proptest! {
+    /// An interval holds its value and lies in its range.
+    #[test]
+    fn exact_intervals_hold_their_values(hits in 0..50usize, more in 1..50usize) {
+        let rate = Rate::new(hits, hits + more);
+        let [from, to] = rate.ci95.unwrap();
+        let value = rate.value.unwrap();
+        prop_assert!(0.0 <= from && from <= value + 1e-12 && value <= to + 1e-12 && to <= 1.0);
+        let values: Vec<f64> = (0..hits + more).map(|k| k as f64).collect();
+        let level = Level::median(&values);
+        let [from, to] = level.ci95.unwrap();
+        prop_assert!((level.value.unwrap() - 0.5 * (hits + more - 1) as f64).abs() < 1e-9);
+        prop_assert!(from <= to && from >= 0.0 && to <= (hits + more - 1) as f64);
+    }
+}
