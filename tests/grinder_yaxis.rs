@@ -2,15 +2,15 @@
 //! linear scale: diagnosed, and compared as before and after.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stderr)]
 
-use slideway::diagnose::compare::Baseline;
 use slideway::diagnose::verdict::Cause;
+use slideway::diagnose::compare::Baseline;
 use slideway::diagnose::{Diagnosis, Options, Verdict};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Signal};
 use slideway::report::{Style, terminal};
-use slideway::units::Motion;
 use std::ops::Range;
+use slideway::units::Motion;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use tempfile::TempDir;
@@ -183,9 +183,7 @@ fn ref_encoder_less_scale_shows_the_lost_motion() {
     if data().is_none() {
         return;
     }
-    for (file, width) in
-        [("normal.toml", 0.0..6e-6), ("mechanical.toml", LATE_M), ("mechanical_8.toml", LATE_M)]
-    {
+    for (file, width) in [("normal.toml", 0.0..6e-6), ("mechanical.toml", LATE_M), ("mechanical_8.toml", LATE_M)] {
         for run in recording(file, &[]).runs() {
             let signal = |s| run.signal(s).unwrap();
             let (reference, motor) = (signal(Signal::PositionReference), signal(Signal::Position));

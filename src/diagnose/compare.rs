@@ -52,11 +52,9 @@ impl Baseline {
     /// # Errors
     /// What [`diagnose`] refuses of the reference, with its path.
     pub fn of(machine: &Machine, reference: &Recording, options: &Options) -> Result<Self> {
-        Self::found(machine, reference, options).map_err(|error| {
-            match reference.path.as_os_str().is_empty() {
-                true => error,
-                false => error.file(&reference.path),
-            }
+        Self::found(machine, reference, options).map_err(|error| match reference.path.as_os_str().is_empty() {
+            true => error,
+            false => error.file(&reference.path),
         })
     }
 
