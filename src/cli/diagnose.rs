@@ -13,8 +13,10 @@ use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
 use slideway::recording::Recording;
 use slideway::report::figure::svg;
-use slideway::report::{Style, sentence, terminal};
+use slideway::report::material::Material;
+use slideway::report::{Style, html, sentence, terminal};
 
+use super::output::{Pictures, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
 use super::{Failure, Screen};
 
@@ -59,6 +61,8 @@ pub(super) struct Diagnose {
     /// Draw where the gap lies and how far it shrinks, as SVG
     #[arg(long, value_name = "FILE")]
     figure: Option<PathBuf>,
+    #[command(flatten)]
+    pictures: Pictures,
     /// Write the machine with the named causes in it as a folder of its own, with where its values come from
     #[arg(long, value_name = "DIR")]
     write_machine: Option<PathBuf>,
@@ -86,6 +90,7 @@ impl Diagnose {
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         let destination = self.destination()?;
         self.figure.iter().try_for_each(|path| check_place(path, "--figure"))?;
+        self.pictures.check_places()?;
         self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
         let path = self.recording.as_ref().or(self.named.as_ref());
         let recording = Recording::read(path.map_or(Path::new("."), PathBuf::as_path))?;
@@ -107,12 +112,30 @@ impl Diagnose {
         if let Some(path) = &self.figure {
             write(path, &svg(&diagnosis, &sentence(&diagnosis, machine.motion())))?;
         }
+        self.draw(&machine, &recording, &diagnosis, screen)?;
         let written = self.write_improved(&diagnosis, &machine)?;
         if !matches!(destination, Destination::Stdout) {
             write!(screen.out, "{}{written}", terminal(&diagnosis, machine.motion(), style()))?;
         }
         let is_gap = diagnosis.verdict != Verdict::NoGap;
         Ok(if self.exit_code && is_gap { ExitCode::from(GAP_FOUND) } else { ExitCode::SUCCESS })
+    }
+
+    /// Writes the page and its figures where they were asked for.
+    fn draw(
+        &self,
+        machine: &Machine,
+        recording: &Recording,
+        diagnosis: &Diagnosis,
+        screen: &Screen,
+    ) -> Result<(), Error> {
+        if !self.pictures.are_wanted() {
+            return Ok(());
+        }
+        let spinner = screen.spinner("drawing the report");
+        let material = Material::of(machine, recording, diagnosis);
+        spinner.finish_and_clear();
+        self.pictures.write(&html::diagnosis(diagnosis, machine, &material?, &command_line()))
     }
 
     /// Writes the improved machine where one was asked for; a sentence about it.
@@ -190,20 +213,6 @@ fn check_motion(machine: &Machine, recording: &Recording) -> Result<(), Error> {
         .remedy("name the machine that was recorded, or correct the signals' names"))
 }
 
-/// Makes sure that a file can be written there before the work begins.
-pub(super) fn check_place(path: &Path, option: &str) -> Result<(), Error> {
-    let refused = |found: &str, expected: &str, remedy: &str| {
-        Err(Error::new(ErrorKind::Io).file(path).key(option).found(found).expected(expected).remedy(remedy))
-    };
-    if path.is_dir() {
-        return refused("a folder", "a file to write", "name a file in it");
-    }
-    if !folder(path).is_dir() {
-        return refused("a file in a folder that is not there", "a folder", "make the folder first");
-    }
-    Ok(())
-}
-
 fn style() -> Style {
     let colour = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
     let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
@@ -218,28 +227,4 @@ fn json(diagnosis: &Diagnosis) -> Result<String, Error> {
             .expected("a verdict that can be written as JSON")
     })?;
     Ok(text + "\n")
-}
-
-fn folder(path: &Path) -> &Path {
-    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Writes under a temporary name in the same folder, then renames.
-pub(super) fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let told = |error: &io::Error| {
-        Error::new(ErrorKind::Io)
-            .file(path)
-            .found(error.to_string())
-            .expected("a file that can be written")
-            .remedy("check the folder and its permissions")
-    };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".slideway-");
-    // Temporary files are for their owner only; this one becomes a file like any other.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder(path)).map_err(|error| told(&error))?;
-    file.write_all(text.as_bytes()).map_err(|error| told(&error))?;
-    file.persist(path).map_err(|error| told(&error.error))?;
-    Ok(())
 }

@@ -12,14 +12,17 @@ use slideway::identify::arx::{ArxModel, Orders, arx_runs};
 use slideway::identify::decimation;
 use slideway::identify::excitation::{NotExcited, Outcome};
 use slideway::identify::first_order::FirstOrder;
+use slideway::identify::frequency_response::{Point, welch};
 use slideway::identify::least_squares::Estimate;
 use slideway::identify::transfer::TransferFunction;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Run, Signal};
 use slideway::replay::PlantChoice;
 use slideway::replay::excitation::Excitation;
+use slideway::report::html;
 use slideway::units::Motion;
 
+use super::output::{Pictures, command_line};
 use super::table::Table;
 use super::{Failure, Plant, Screen};
 
@@ -74,15 +77,21 @@ pub(super) struct Identify {
     /// Seed of the excitation
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    #[command(flatten)]
+    pictures: Pictures,
 }
 
 impl Identify {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        match (&self.machine, &self.recording) {
-            (Some(machine), _) => self.of_machine(&Machine::read(machine)?, screen)?,
-            (None, Some(recording)) => self.of_recording(&Recording::read(recording)?, screen)?,
-            (None, None) => {}
+        self.pictures.check_places()?;
+        let found = match (&self.machine, &self.recording) {
+            (Some(machine), _) => Some(self.of_machine(&Machine::read(machine)?, screen)?),
+            (None, Some(recording)) => Some(self.of_recording(&Recording::read(recording)?, screen)?),
+            (None, None) => None,
+        };
+        if let (true, Some(found)) = (self.pictures.are_wanted(), found) {
+            self.pictures.write(&html::identified(&found, &command_line()))?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -91,7 +100,7 @@ impl Identify {
         Orders { na: self.na, nb: self.nb, delay: self.delay }
     }
 
-    fn of_machine(&self, machine: &Machine, screen: &mut Screen) -> Result<(), Failure> {
+    fn of_machine(&self, machine: &Machine, screen: &mut Screen) -> Result<html::Identified, Failure> {
         let own = machine.description().sample_period_s;
         let periods =
             if self.periods.is_empty() { vec![MODELLER_FRAME_S, own] } else { self.periods.clone() };
@@ -103,7 +112,7 @@ impl Identify {
         let out = &mut screen.out;
         writeln!(out, "{}: moving part alone on the {plant}", machine.description().name)?;
         writeln!(out, "{} random force levels, viscous guide, base rigid; W(z) in {unit}", self.samples)?;
-        let mut models = Vec::new();
+        let (mut models, mut drawn) = (Vec::new(), Vec::new());
         for period_s in periods {
             let excitation = Excitation { period_s, samples: self.samples as usize, seed: self.seed };
             let excited = excitation.run(machine, plant)?;
@@ -113,12 +122,23 @@ impl Identify {
             writeln!(out, "\nW(z) at {}", period_text(period_s))?;
             write_model(out, &model)?;
             write_first_order(out, &model, scale, machine.motion())?;
+            let title = format!("W(z) at {}", period_text(period_s));
+            drawn.push(to_draw(title, &model, &[(&excited.force, &velocity)]));
             models.push(model);
         }
-        write_printed(out, machine, &models)
+        write_printed(out, machine, &models)?;
+        Ok(html::Identified {
+            subject: machine.description().name.clone(),
+            sentence: format!("The moving part alone on the {plant}: from force to velocity, {unit}."),
+            note: None,
+            unit: unit.to_owned(),
+            motion: machine.motion(),
+            sha256: None,
+            models: drawn,
+        })
     }
 
-    fn of_recording(&self, recording: &Recording, screen: &mut Screen) -> Result<(), Failure> {
+    fn of_recording(&self, recording: &Recording, screen: &mut Screen) -> Result<html::Identified, Failure> {
         let runs: Vec<&Run> = match &self.run {
             None => recording.runs().iter().collect(),
             Some(name) => vec![recording.run(name).ok_or_else(|| no_run(recording, name))?],
@@ -129,6 +149,7 @@ impl Identify {
         let periods = if self.periods.is_empty() { vec![own] } else { self.periods.clone() };
         let out = &mut screen.out;
         writeln!(out, "{}: {output} from {input}, {} runs", recording.path.display(), runs.len())?;
+        let mut drawn = Vec::new();
         for period_s in periods {
             let factor = decimation::factor(own, period_s)?;
             let mut pairs = Vec::with_capacity(runs.len());
@@ -144,8 +165,18 @@ impl Identify {
             if signals == [Some(Signal::Thrust), Some(Signal::Velocity)] {
                 write_first_order(out, &model, 1.0, recording.motion())?;
             }
+            drawn.push(to_draw(format!("G(z) at {}", period_text(period_s)), &model, &pairs));
         }
-        Ok(())
+        let unit = |key: &str| Signal::from_key(key).map_or("1", |(s, _)| s.si_unit(recording.motion()));
+        Ok(html::Identified {
+            subject: recording.path.display().to_string(),
+            sentence: format!("{output} from {input}, {} runs.", runs.len()),
+            note: recording.note.clone(),
+            unit: format!("{} per {}", unit(output), unit(input)),
+            motion: recording.motion(),
+            sha256: Some(recording.sha256()),
+            models: drawn,
+        })
     }
 }
 
@@ -198,6 +229,49 @@ fn identified(outcome: Outcome<ArxModel>) -> Result<ArxModel, Error> {
     }
 }
 
+/// Segments of a frequency response: long enough to resolve, many enough to average.
+const SEGMENTS: usize = 8;
+const LONGEST_SEGMENT: usize = 1024;
+
+/// A model for the page, beside the frequency response of the longest run.
+fn to_draw(title: String, model: &ArxModel, pairs: &[(&[f64], &[f64])]) -> html::Model {
+    let period_s = model.transfer.sample_period_s();
+    let longest = pairs.iter().max_by_key(|(input, _)| input.len());
+    let measured: Vec<Point> = longest
+        .and_then(|(input, output)| {
+            let length = (input.len() / SEGMENTS).min(LONGEST_SEGMENT);
+            welch(input, output, period_s, length).ok()
+        })
+        .unwrap_or_default();
+    let rows = coefficients(model)
+        .map(|(name, estimate)| {
+            let [from, to] = estimate.ci95;
+            vec![name, digits(estimate.value), digits(from), digits(to)]
+        })
+        .collect();
+    html::Model { title, transfer: model.transfer.clone(), rows, fit: fit_text(model), measured }
+}
+
+/// Coefficients by name.
+fn coefficients(model: &ArxModel) -> impl Iterator<Item = (String, &Estimate)> {
+    let delay = model.orders.delay;
+    let a = model.a.iter().enumerate().map(|(i, a)| (format!("a{}  (z^-{})", i + 1, i + 1), a));
+    let b = model.b.iter().enumerate().map(move |(j, b)| (format!("b{j}  (z^-{})", delay + j), b));
+    a.chain(b)
+}
+
+/// How well a model fits.
+fn fit_text(model: &ArxModel) -> String {
+    let percent = |fit: Option<f64>| fit.map_or("-".to_owned(), |fit| format!("{fit:.3} %"));
+    format!(
+        "fit: one step {}, free run {}; condition {:.3}; {} degrees of freedom",
+        percent(model.one_step_fit_percent),
+        percent(model.free_run_fit_percent),
+        model.condition,
+        model.degrees_of_freedom
+    )
+}
+
 fn period_text(period_s: f64) -> String {
     let (value, unit) = if period_s < 1e-3 { (period_s * 1e6, "µs") } else { (period_s * 1e3, "ms") };
     format!("{} {unit}", (value * 1e6).round() / 1e6)
@@ -206,22 +280,11 @@ fn period_text(period_s: f64) -> String {
 fn write_model(out: &mut dyn Write, model: &ArxModel) -> Result<(), Failure> {
     writeln!(out, "  {}", model.transfer)?;
     let mut table = Table::new(["coefficient", "value", "95 % from", "to"]);
-    let a = model.a.iter().enumerate().map(|(i, a)| (format!("a{}  (z^-{})", i + 1, i + 1), a));
-    let delay = model.orders.delay;
-    let b = model.b.iter().enumerate().map(|(j, b)| (format!("b{j}  (z^-{})", delay + j), b));
-    for (name, estimate) in a.chain(b) {
+    for (name, estimate) in coefficients(model) {
         estimate_row(&mut table, name, estimate);
     }
     table.write(out)?;
-    let percent = |fit: Option<f64>| fit.map_or("-".to_owned(), |fit| format!("{fit:.3} %"));
-    writeln!(
-        out,
-        "  fit: one step {}, free run {}; condition {:.3}; {} degrees of freedom",
-        percent(model.one_step_fit_percent),
-        percent(model.free_run_fit_percent),
-        model.condition,
-        model.degrees_of_freedom
-    )?;
+    writeln!(out, "  {}", fit_text(model))?;
     // Without noise the residuals are rounding, which is never white and never matters.
     let is_rounding = model.one_step_fit_percent.is_some_and(|fit| fit > ROUNDING_FIT_PERCENT);
     if !model.whiteness.is_white() && !is_rounding {

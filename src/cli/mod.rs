@@ -5,6 +5,7 @@
 mod diagnose;
 mod identify;
 mod inspect;
+mod output;
 mod refusal;
 mod replay;
 mod setting;

@@ -13,9 +13,11 @@ use slideway::machine::Machine;
 use slideway::recording::{Existing, Format, Recording, Role, Run};
 use slideway::replay::recording::recorded;
 use slideway::replay::{Cell, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, run_seed, simulate};
+use slideway::report::html;
 use slideway::twin::Sensing;
 use slideway::units;
 
+use super::output::{Pictures, command_line};
 use super::setting::{Setting, lay_over};
 use super::table::Table;
 use super::{Failure, Plant, Screen};
@@ -79,6 +81,8 @@ pub(super) struct Replay {
     /// Put it in the place of a recording that is there
     #[arg(long)]
     replace: bool,
+    #[command(flatten)]
+    pictures: Pictures,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -109,6 +113,7 @@ fn standstill(text: &str) -> Result<f64, String> {
 impl Replay {
     /// Simulates, writes, and shows a table with a row a run.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        self.pictures.check_places()?;
         let machine = Machine::read(&self.machine)?;
         let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
         let stated = lay_over(&machine, &known, "--set")?;
@@ -131,7 +136,18 @@ impl Replay {
         };
         let existing = if self.replace { Existing::Replace } else { Existing::Refuse };
         recording.write(&self.out, format, existing)?;
-        self.show(&recording, &plans, &figures, screen)?;
+        let rows = rows(&recording, &plans, &figures);
+        self.show(&recording, &rows, screen)?;
+        if self.pictures.are_wanted() {
+            let rows: Vec<Vec<String>> = rows.into_iter().map(|row| row.to_vec()).collect();
+            let heads = heads(&recording).map(|head| match head {
+                "run" | "role" => head.to_owned(),
+                number => format!(">{number}"),
+            });
+            let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+            let page = html::replayed(&recording, &stated, (&heads, &rows, &counted()), &command_line());
+            self.pictures.write(&page)?;
+        }
         Ok(ExitCode::SUCCESS)
     }
 
@@ -221,48 +237,54 @@ impl Replay {
         )
     }
 
-    fn show(
-        &self,
-        recording: &Recording,
-        plans: &[Plan],
-        figures: &[Figures],
-        screen: &mut Screen,
-    ) -> Result<(), Failure> {
+    fn show(&self, recording: &Recording, rows: &[[String; 8]], screen: &mut Screen) -> Result<(), Failure> {
         let out = &mut screen.out;
         let count = recording.runs().len();
         let runs = if count == 1 { "run" } else { "runs" };
         writeln!(out, "{count} {runs} in {}", self.out.display())?;
         writeln!(out, "{}\n", recording.note.as_deref().unwrap_or_default())?;
-        let (force, turning) = match recording.motion() {
-            units::Motion::Prismatic => ("peak thrust N", false),
-            units::Motion::Revolute => ("peak torque N·m", true),
-        };
-        let heads = ["run", "role", "overshoot %", "over feed %", "lowest speed %", force, "peak effort V"];
-        let mut table =
-            Table::new([heads[0], heads[1], heads[2], heads[3], heads[4], heads[5], heads[6], "settling ms"])
-                .left(2);
-        for (plan, f) in plans.iter().zip(figures) {
-            table.row([
-                plan.name.clone(),
-                plan.role.map_or("-".to_owned(), |role| role.to_string()),
-                format!("{:.1}", 100.0 * f.overshoot),
-                format!("{:+.1}", 100.0 * f.peak_velocity),
-                // No "-0.0": a machine that does not run back has none.
-                format!("{:.1}", (1000.0 * f.most_negative_velocity).round() / 10.0 + 0.0),
-                if turning { format!("{:.3}", f.peak_thrust) } else { format!("{:.0}", f.peak_thrust) },
-                format!("{:.2}", f.peak_effort_v),
-                f.settling_s.map_or("not settled".to_owned(), |s| format!("{:.0}", 1000.0 * s)),
-            ]);
-        }
+        let mut table = Table::new(heads(recording)).left(2);
+        rows.iter().for_each(|row| table.row(row.clone()));
         table.write(out)?;
-        writeln!(
-            out,
-            "\novershoot in % of the stroke; speeds in % of the feed; settling into ±{:.0} % of the stroke, \
-             counted from the end of the commanded motion",
-            100.0 * SETTLING_BAND
-        )?;
+        writeln!(out, "\n{}", counted())?;
         Ok(())
     }
+}
+
+fn heads(recording: &Recording) -> [&'static str; 8] {
+    let force = match recording.motion() {
+        units::Motion::Prismatic => "peak thrust N",
+        units::Motion::Revolute => "peak torque N·m",
+    };
+    ["run", "role", "overshoot %", "over feed %", "lowest speed %", force, "peak effort V", "settling ms"]
+}
+
+/// How the figures of a run are counted.
+fn counted() -> String {
+    format!(
+        "overshoot in % of the stroke; speeds in % of the feed; settling into ±{:.0} % of the stroke, \
+         counted from the end of the commanded motion",
+        100.0 * SETTLING_BAND
+    )
+}
+
+/// A row of figures a run.
+fn rows(recording: &Recording, plans: &[Plan], figures: &[Figures]) -> Vec<[String; 8]> {
+    let turning = recording.motion() == units::Motion::Revolute;
+    let row = |(plan, f): (&Plan, &Figures)| {
+        [
+            plan.name.clone(),
+            plan.role.map_or("-".to_owned(), |role| role.to_string()),
+            format!("{:.1}", 100.0 * f.overshoot),
+            format!("{:+.1}", 100.0 * f.peak_velocity),
+            // No "-0.0": a machine that does not run back has none.
+            format!("{:.1}", (1000.0 * f.most_negative_velocity).round() / 10.0 + 0.0),
+            if turning { format!("{:.3}", f.peak_thrust) } else { format!("{:.0}", f.peak_thrust) },
+            format!("{:.2}", f.peak_effort_v),
+            f.settling_s.map_or("not settled".to_owned(), |s| format!("{:.0}", 1000.0 * s)),
+        ]
+    };
+    plans.iter().zip(figures).map(row).collect()
 }
 
 /// The machine's folder, or its file where that has a name of its own.

@@ -27,13 +27,13 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
     out + &labelled("had", LABEL, &had(reference), style)
 }
 
-fn runs(reference: &Reference) -> String {
+pub(super) fn runs(reference: &Reference) -> String {
     let data = &reference.data;
     format!("{}; held out {}", data.training.join(", "), data.held_out.join(", "))
 }
 
 /// What the reference had beside the machine file, and how well the baseline predicts it.
-fn had(reference: &Reference) -> String {
+pub(super) fn had(reference: &Reference) -> String {
     let found: Vec<String> = reference.causes.iter().map(described).collect();
     let found =
         if found.is_empty() { "nothing beside the machine file".to_owned() } else { found.join("; ") };
@@ -65,7 +65,7 @@ fn is_resolved(parameter: &Parameter) -> bool {
 }
 
 /// "× 0.16", "new", "gone" or "none".
-fn verdict(parameter: &Parameter) -> String {
+pub(super) fn verdict(parameter: &Parameter) -> String {
     let Parameter { value, twin, ci95: [from, to], .. } = *parameter;
     if !is_resolved(parameter) {
         "none".to_owned()

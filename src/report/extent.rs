@@ -65,14 +65,7 @@ fn summary(diagnosis: &Diagnosis, style: Style) -> String {
     let gap = &diagnosis.gap;
     let line = |label: &str, text: &str| labelled(label, LABEL, text, style);
     let mut out = line("noise σ", &noise_sources(&gap.signals));
-    let loud: Vec<String> = gap
-        .signals
-        .iter()
-        .filter(|signal| signal.rms_after < OVERSTATED * signal.noise)
-        .map(|signal| name(&signal.signal))
-        .collect();
-    if !loud.is_empty() {
-        let text = format!("overstated for {}: far more than is left of the residual", loud.join(", "));
+    if let Some(text) = overstated(&gap.signals) {
         out += &line("", &text);
     }
     let g = format!(
@@ -110,8 +103,16 @@ fn summary(diagnosis: &Diagnosis, style: Style) -> String {
     out
 }
 
+/// Signals whose noise is stated larger than what is left of their residual; none where there is none.
+pub(super) fn overstated(signals: &[SignalGap]) -> Option<String> {
+    let is_loud = |signal: &&SignalGap| signal.rms_after < OVERSTATED * signal.noise;
+    let loud: Vec<String> = signals.iter().filter(is_loud).map(|signal| name(&signal.signal)).collect();
+    let words = || format!("overstated for {}: far more than is left of the residual", loud.join(", "));
+    (!loud.is_empty()).then(words)
+}
+
 /// "from standstill: position, current; declared by the machine file: velocity".
-fn noise_sources(signals: &[SignalGap]) -> String {
+pub(super) fn noise_sources(signals: &[SignalGap]) -> String {
     let sources = [
         (Source::Repeats, "from repeated runs"),
         (Source::Dwell, "from standstill"),

@@ -107,7 +107,7 @@ fn item(text: &str, severity: Severity, style: Style) -> String {
     lines.iter().enumerate().map(row).collect()
 }
 
-fn runs_text(runs: &[&str], count: usize) -> Option<String> {
+pub(super) fn runs_text(runs: &[&str], count: usize) -> Option<String> {
     match runs.len() {
         0 => None,
         all if all >= count && count > 1 => Some("all runs".to_owned()),
@@ -120,24 +120,7 @@ fn runs_text(runs: &[&str], count: usize) -> Option<String> {
 pub(super) fn next(diagnosis: &Diagnosis, style: Style) -> String {
     let mut out = style.heading("NEXT", "");
     let compares = diagnosis.reference.is_some();
-    let words = match diagnosis.verdict {
-        Verdict::NoGap if compares => "Nothing to repair: the machine is as it was.",
-        Verdict::NoGap => "Nothing to add: on runs like these the twin stands in for the machine.",
-        Verdict::Cause if diagnosis.causes.is_empty() => "",
-        Verdict::Cause if compares => {
-            "Repair or set back what changed. For a twin of the machine as it is now, diagnose the recording alone."
-        }
-        Verdict::Cause => "Give the twin what it lacks, in machine.toml, and diagnose again:",
-        Verdict::Undecided => {
-            "Nothing to put into machine.toml yet: record a run in which the rivals differ, or strike those \
-             that the machine cannot have with --without, and diagnose again."
-        }
-        Verdict::Unknown => {
-            "Look at the machine where the gap is largest; a law that the catalogue lacks can be added to it \
-             as one file."
-        }
-    };
-    out += &paragraph(words, style);
+    out += &paragraph(what_to_do(diagnosis), style);
     if diagnosis.verdict == Verdict::Cause && !diagnosis.causes.is_empty() && !compares {
         out += "\n";
         out += &snippet(diagnosis);
@@ -153,8 +136,30 @@ pub(super) fn next(diagnosis: &Diagnosis, style: Style) -> String {
     out
 }
 
+/// What to do now, in a sentence; empty where nothing can be said.
+pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
+    let compares = diagnosis.reference.is_some();
+    match diagnosis.verdict {
+        Verdict::NoGap if compares => "Nothing to repair: the machine is as it was.",
+        Verdict::NoGap => "Nothing to add: on runs like these the twin stands in for the machine.",
+        Verdict::Cause if diagnosis.causes.is_empty() => "",
+        Verdict::Cause if compares => {
+            "Repair or set back what changed. For a twin of the machine as it is now, diagnose the recording alone."
+        }
+        Verdict::Cause => "Give the twin what it lacks, in machine.toml, and diagnose again:",
+        Verdict::Undecided => {
+            "Nothing to put into machine.toml yet: record a run in which the rivals differ, or strike those \
+             that the machine cannot have with --without, and diagnose again."
+        }
+        Verdict::Unknown => {
+            "Look at the machine where the gap is largest; a law that the catalogue lacks can be added to it \
+             as one file."
+        }
+    }
+}
+
 /// The causes as tables of a machine file.
-fn snippet(diagnosis: &Diagnosis) -> String {
+pub(super) fn snippet(diagnosis: &Diagnosis) -> String {
     let mut out = String::new();
     for cause in &diagnosis.causes {
         out += &format!("[effect.{}]\n", cause.effect);

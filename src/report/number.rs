@@ -44,7 +44,7 @@ pub(super) fn plain(number: f64) -> String {
 }
 
 /// How many SI units the engineering unit of a value is, and its symbol.
-fn engineering_unit(value: f64, si_unit: &str) -> (f64, String) {
+pub(super) fn engineering_unit(value: f64, si_unit: &str) -> (f64, String) {
     let text = engineering(value, si_unit);
     let (digits, symbol) = text.split_once(' ').unwrap_or((&text, ""));
     let number: f64 = digits.parse().unwrap_or(1.0);

@@ -149,7 +149,11 @@ pub(super) fn described(cause: &Cause) -> String {
         .map(|(key, parameter)| {
             let number = with_interval(parameter);
             let number = if alone { number } else { format!("{} {number}", name(key)) };
-            if parameter.twin == 0.0 { number } else { format!("{number} instead of {}", twin(parameter)) }
+            if parameter.twin == 0.0 || !parameter.twin.is_finite() {
+                number
+            } else {
+                format!("{number} instead of {}", twin(parameter))
+            }
         })
         .collect();
     let what = format!("{} {at} the {}", phrase(&cause.effect), cause.site);

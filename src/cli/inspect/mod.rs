@@ -11,7 +11,9 @@ use clap::Args;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
 use slideway::recording::Recording;
+use slideway::report::html;
 
+use super::output::{Pictures, command_line};
 use super::{Failure, Screen};
 
 /// Reads everything, so that whatever is wrong with it is told; with --quiet that is all it does.
@@ -20,21 +22,33 @@ pub(super) struct Inspect {
     /// Recording or machine: a folder with recording.toml or machine.toml, or such a file
     #[arg(value_name = "RECORDING|MACHINE")]
     path: PathBuf,
+    #[command(flatten)]
+    pictures: Pictures,
 }
 
 impl Inspect {
     /// Reads and shows; a folder that is both is shown as both.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        self.pictures.check_places()?;
         let (is_machine, is_recording) = kinds(&self.path)?;
+        let mut page = None;
         if is_machine {
-            machine::show(&Machine::read(&self.path)?, &mut screen.out)?;
+            let machine = Machine::read(&self.path)?;
+            machine::show(&machine, &mut screen.out)?;
+            page = self.pictures.are_wanted().then(|| html::machine(&machine, &command_line()));
         }
         if is_machine && is_recording {
             writeln!(screen.out)?;
         }
         if is_recording {
-            recording::show(&Recording::read(&self.path)?, &mut screen.out)?;
+            let recording = Recording::read(&self.path)?;
+            recording::show(&recording, &mut screen.out)?;
+            // Its machine is drawn where it can be read; a recording stands without one.
+            let machine = recording.machine.as_ref().and_then(|path| Machine::read(path).ok());
+            let drawn = || html::recording(&recording, machine.as_ref(), &command_line());
+            page = self.pictures.are_wanted().then(drawn);
         }
+        page.iter().try_for_each(|page| self.pictures.write(page))?;
         Ok(ExitCode::SUCCESS)
     }
 }

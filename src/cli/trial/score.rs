@@ -12,7 +12,7 @@ use slideway::trial::interval::{Level, Rate};
 use slideway::trial::score::{BySize, Summary};
 use slideway::trial::{self, Scores, score};
 
-use crate::cli::diagnose::{check_place, write};
+use crate::cli::output::{check_place, write};
 use crate::cli::table::Table;
 use crate::cli::{Failure, Screen};
 

@@ -1,0 +1,104 @@
+//! Files that a command writes beside its tables: whole or not at all.
+
+use std::io::{self, Write as _};
+use std::path::{Path, PathBuf};
+
+use clap::Args;
+use slideway::error::{Error, ErrorKind};
+use slideway::report::html::Page;
+
+/// The report as a page, and its figures for papers.
+#[derive(Debug, Args)]
+pub(super) struct Pictures {
+    /// Write the report as one self-contained HTML file
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    /// Write the report's figures as SVG files into this folder
+    #[arg(long, value_name = "DIR")]
+    figures: Option<PathBuf>,
+}
+
+impl Pictures {
+    /// Whether any are asked for.
+    pub(super) fn are_wanted(&self) -> bool {
+        self.html.is_some() || self.figures.is_some()
+    }
+
+    /// Makes sure that they can be written before the work begins.
+    pub(super) fn check_places(&self) -> Result<(), Error> {
+        self.html.iter().try_for_each(|path| check_place(path, "--html"))?;
+        let Some(folder) = &self.figures else { return Ok(()) };
+        if folder.exists() && !folder.is_dir() {
+            return Err(refused(folder, "--figures", "a file", "a folder", "name another folder"));
+        }
+        Ok(())
+    }
+
+    /// Writes what is asked for.
+    pub(super) fn write(&self, page: &Page) -> Result<(), Error> {
+        if let Some(path) = &self.html {
+            write(path, &page.html)?;
+        }
+        let Some(folder) = &self.figures else { return Ok(()) };
+        std::fs::create_dir_all(folder).map_err(|error| {
+            Error::io(folder, &error).key("--figures").remedy("name a folder in which you may write")
+        })?;
+        page.figures
+            .iter()
+            .try_for_each(|figure| write(&folder.join(format!("{}.svg", figure.name)), &figure.file()))
+    }
+}
+
+/// What was typed, as a line that can be pasted.
+pub(super) fn command_line() -> String {
+    let quoted = |word: String| {
+        let is_plain = |c: char| c.is_alphanumeric() || "-_./=@:,+".contains(c);
+        if !word.is_empty() && word.chars().all(is_plain) {
+            word
+        } else {
+            format!("'{}'", word.replace('\'', "'\\''"))
+        }
+    };
+    let words = std::env::args_os().skip(1).map(|word| quoted(word.to_string_lossy().into_owned()));
+    ["slideway".to_owned()].into_iter().chain(words).collect::<Vec<_>>().join(" ")
+}
+
+fn refused(path: &Path, option: &str, found: &str, expected: &str, remedy: &str) -> Error {
+    Error::new(ErrorKind::Io).file(path).key(option).found(found).expected(expected).remedy(remedy)
+}
+
+/// Makes sure that a file can be written there before the work begins.
+pub(super) fn check_place(path: &Path, option: &str) -> Result<(), Error> {
+    if path.is_dir() {
+        return Err(refused(path, option, "a folder", "a file to write", "name a file in it"));
+    }
+    if !folder(path).is_dir() {
+        let found = "a file in a folder that is not there";
+        return Err(refused(path, option, found, "a folder", "make the folder first"));
+    }
+    Ok(())
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// Writes under a temporary name in the same folder, then renames.
+pub(super) fn write(path: &Path, text: &str) -> Result<(), Error> {
+    let told = |error: &io::Error| {
+        Error::new(ErrorKind::Io)
+            .file(path)
+            .found(error.to_string())
+            .expected("a file that can be written")
+            .remedy("check the folder and its permissions")
+    };
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".slideway-");
+    // Temporary files are for their owner only; this one becomes a file like any other.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut file = builder.tempfile_in(folder(path)).map_err(|error| told(&error))?;
+    file.write_all(text.as_bytes()).map_err(|error| told(&error))?;
+    file.persist(path).map_err(|error| told(&error.error))?;
+    Ok(())
+}

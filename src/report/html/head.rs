@@ -1,0 +1,104 @@
+//! The verdict in a sentence, and the numbers to remember.
+
+use crate::diagnose::{Diagnosis, Verdict};
+use crate::report::figure::escape;
+use crate::report::number::{percent, plain, probability};
+use crate::report::sentence;
+use crate::units::Motion;
+
+/// A sentence of more letters is set smaller.
+const LONG: usize = 190;
+
+/// The verdict in a word.
+pub(super) fn word(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NoGap => "no gap",
+        Verdict::Cause => "cause found",
+        Verdict::Undecided => "undecided",
+        Verdict::Unknown => "unknown cause",
+    }
+}
+
+fn class(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::NoGap => "good",
+        Verdict::Cause => "found",
+        Verdict::Undecided | Verdict::Unknown => "open",
+    }
+}
+
+/// The head of a page about a diagnosis.
+pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
+    let note = diagnosis.data.note.as_ref();
+    let note =
+        note.map_or_else(String::new, |note| format!("<p class=\"note\">Data: {}</p>\n", escape(note)));
+    let words = sentence(diagnosis, motion);
+    let facts: String = facts(diagnosis)
+        .iter()
+        .map(|(value, what)| {
+            format!(
+                "<li><strong>{}</strong><span>{}</span></li>",
+                escape(&unbroken(value)),
+                escape(&unbroken(what))
+            )
+        })
+        .collect();
+    format!(
+        "<header>\n<p class=\"machine\">{}<span class=\"badge {}\">{}</span></p>\n<h1{}>{}</h1>\n{note}\
+         <ul class=\"facts\">{facts}</ul>\n</header>\n",
+        escape(&diagnosis.data.machine),
+        class(diagnosis.verdict),
+        escape(word(diagnosis.verdict)),
+        if words.chars().count() > LONG { " class=\"long\"" } else { "" },
+        escape(&unbroken(&words)),
+    )
+}
+
+/// The words with numbers that no line may part from their units.
+pub(super) fn unbroken(words: &str) -> String {
+    let letters: Vec<char> = words.chars().collect();
+    let around = |k: usize| (k.checked_sub(1).and_then(|b| letters.get(b)), letters.get(k + 1));
+    let holds = |k: usize| match around(k) {
+        (Some(before), Some(after)) => {
+            let is_unit = "%µ±×".contains(*after)
+                || (after.is_alphabetic()
+                    && letters[k + 1..].iter().take_while(|c| !c.is_whitespace()).count() <= 6);
+            "<>±→×".contains(*before) || (before.is_ascii_digit() && is_unit)
+        }
+        _ => false,
+    };
+    letters.iter().enumerate().map(|(k, c)| if *c == ' ' && holds(k) { '\u{a0}' } else { *c }).collect()
+}
+
+/// The head of a page that is no diagnosis.
+pub(super) fn plain_head(machine: &str, kind: &str, sentence: &str, note: Option<&str>) -> String {
+    let note =
+        note.map_or_else(String::new, |note| format!("<p class=\"note\">Data: {}</p>\n", escape(note)));
+    format!(
+        "<header>\n<p class=\"machine\">{}<span class=\"badge plain\">{}</span></p>\n<h1>{}</h1>\n{note}</header>\n",
+        escape(machine),
+        escape(kind),
+        escape(sentence),
+    )
+}
+
+fn facts(diagnosis: &Diagnosis) -> Vec<(String, String)> {
+    let gap = &diagnosis.gap;
+    let mut list = vec![(
+        format!("{} → {}", plain(gap.before), plain(gap.after)),
+        "gap before and after, in multiples of noise on unseen runs; 1 is what noise alone leaves".to_owned(),
+    )];
+    if diagnosis.verdict == Verdict::NoGap {
+        return list;
+    }
+    let [from, to] = gap.closed_ci95.map(percent);
+    let interval = if from == to { from } else { format!("{from} to {to}") };
+    list.push((percent(gap.closed), format!("of the gap closed on unseen runs, 95 % interval {interval}")));
+    list.push((percent(gap.predicted_closed), "predicted from the training runs alone".to_owned()));
+    for cause in diagnosis.causes.iter().take(3) {
+        let what = format!("probability of {}", sentence::phrase(&cause.effect));
+        list.push((probability(cause.probability), what));
+    }
+    list.push((percent(diagnosis.unexplained), "of the gap stays unexplained".to_owned()));
+    list
+}

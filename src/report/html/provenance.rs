@@ -1,0 +1,34 @@
+//! Where a report comes from: data, machine, version, command.
+
+use super::page::Part;
+use crate::diagnose::Diagnosis;
+use crate::report::figure::escape;
+
+/// The section.
+pub(super) fn part(diagnosis: &Diagnosis, command: &str) -> Part {
+    let data = &diagnosis.data;
+    let mut rows = vec![
+        ("machine", data.machine.clone()),
+        ("training runs", data.training.join(", ")),
+        ("unseen (held-out) runs", data.held_out.join(", ")),
+        ("SHA-256 of the recording", data.sha256.clone()),
+    ];
+    if let Some(reference) = &diagnosis.reference {
+        rows.push(("SHA-256 of the reference", reference.data.sha256.clone()));
+    }
+    rows.push(("slideway", diagnosis.version.to_owned()));
+    rows.push(("schema", diagnosis.schema.to_owned()));
+    list(&rows, command)
+}
+
+/// Rows of words, then the command.
+pub(super) fn list(rows: &[(&str, String)], command: &str) -> Part {
+    let mut part = Part::default();
+    let items: String = rows
+        .iter()
+        .filter(|(_, text)| !text.is_empty())
+        .map(|(word, text)| format!("<dt>{}</dt><dd>{}</dd>\n", escape(word), escape(text)))
+        .collect();
+    part.raw(&format!("<dl>\n{items}</dl>\n<pre class=\"command\">{}</pre>\n", escape(command)));
+    part
+}

@@ -1,0 +1,139 @@
+//! Spectra of the errors, and the frequency response of machine and twin with coherence.
+
+use super::page::Part;
+use super::scale::Scale;
+use crate::identify::frequency_response::Point;
+use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
+use crate::report::material::{Material, Response, Spectrum};
+use crate::units::Motion;
+
+/// Below this coherence a measured response is noise over nothing.
+const COHERENT: f64 = 0.5;
+
+/// The section.
+pub(super) fn part(material: &Material) -> Part {
+    let mut part = Part::default();
+    if !material.spectra.is_empty() {
+        part.figure(spectra(&material.spectra, material.motion));
+    }
+    match &material.response {
+        Some(response) => {
+            part.figure(figure(response, material.motion));
+        }
+        None => {
+            part.remark(
+                "No frequency response: an effort and a motion would have to be logged, and long enough.",
+            );
+        }
+    }
+    part
+}
+
+fn spectra(spectra: &[Spectrum], motion: Motion) -> Figure {
+    let panels = spectra.iter().enumerate().map(|(k, spectrum)| {
+        let all: Vec<f64> = spectrum.density.iter().flat_map(|[_, b, a]| [*b, *a]).collect();
+        let scale = Scale::of(spectrum.unit, &all);
+        let curve = |place: usize| -> Vec<[f64; 2]> {
+            spectrum.density.iter().map(|point| [point[0], scale.to(point[place])]).collect()
+        };
+        let is_last = k + 1 == spectra.len();
+        Panel::Chart(Chart {
+            title: spectrum.signal.word(motion).to_owned(),
+            x: Axis::decades(
+                if is_last { "frequency in Hz" } else { "" },
+                spectrum.density.iter().map(|p| p[0]),
+            ),
+            y: Axis::decades(format!("{}/√Hz", scale.unit), all.iter().map(|x| scale.to(*x))),
+            marks: vec![Mark::line(Ink::Before, curve(1)), Mark::line(Ink::After, curve(2))],
+            height: 105.0,
+            has_x_labels: is_last,
+        })
+    });
+    let caption = "Spectral density of what the twin misses on unseen runs.";
+    Figure::new("spectrum", caption, panels.collect())
+        .legend([(Ink::Before, "twin as it is"), (Ink::After, "with the causes")])
+}
+
+/// Angles in degrees without jumps of a whole turn; what is not a number is passed over.
+pub(super) fn unwrapped(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let mut last = f64::NAN;
+    for [_, angle] in &mut points {
+        if last.is_finite() && angle.is_finite() {
+            *angle -= 360.0 * ((*angle - last) / 360.0).round();
+        }
+        if angle.is_finite() {
+            last = *angle;
+        }
+    }
+    points
+}
+
+/// Magnitude, phase and coherence.
+pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
+    let Response { input, output, measured, before, after, run, highest_hz } = response;
+    // Where its input holds nothing, a response is noise over nothing.
+    let sure = |p: &Point, value: f64| if p.coherence >= COHERENT { value } else { f64::NAN };
+    let magnitude = |points: &[Point]| -> Vec<[f64; 2]> {
+        points.iter().map(|p| [p.frequency_hz, sure(p, p.response().norm())]).collect()
+    };
+    let phase = |points: &[Point]| -> Vec<[f64; 2]> {
+        unwrapped(points.iter().map(|p| [p.frequency_hz, sure(p, p.response().arg().to_degrees())]).collect())
+    };
+    let phases: Vec<f64> = [&measured[..], before, after].into_iter().flat_map(phase).map(|p| p[1]).collect();
+    let frequencies: Vec<f64> = measured.iter().map(|p| p.frequency_hz).collect();
+    let heights: Vec<f64> =
+        [&measured[..], before, after].into_iter().flat_map(magnitude).map(|p| p[1]).collect();
+    let across = |label: &str| Axis::decades(label, frequencies.iter().copied());
+    let unit = format!("{} per {}", output.si_unit(motion), input.si_unit(motion));
+    let three = |of: &dyn Fn(&[Point]) -> Vec<[f64; 2]>| {
+        vec![
+            Mark::line(Ink::Before, of(before)),
+            Mark::line(Ink::After, of(after)),
+            Mark::Dots { ink: Ink::Measured, points: of(measured) },
+        ]
+    };
+    let chart = |title: &str, x: Axis, y: Axis, marks: Vec<Mark>, height: f64| {
+        let has_x_labels = !x.label.is_empty();
+        Panel::Chart(Chart { title: title.to_owned(), x, y, marks, height, has_x_labels })
+    };
+    let words = format!("{} from {}", output.word(motion), input.word(motion));
+    let coherence = measured.iter().map(|p| [p.frequency_hz, p.coherence]).collect::<Vec<_>>();
+    let panels = vec![
+        chart("magnitude", across(""), Axis::decades(unit, heights), three(&magnitude), 150.0),
+        chart("phase", across(""), Axis::holding("°", phases), three(&phase), 110.0),
+        chart(
+            "coherence of the recording",
+            across("frequency in Hz"),
+            Axis::linear("γ²", [0.0, 1.05]),
+            vec![Mark::line(Ink::Measured, coherence)],
+            80.0,
+        ),
+    ];
+    let beyond = match before.is_empty() {
+        true => String::new(),
+        false => format!("; beyond {highest_hz:.0} Hz noise outweighs the motion"),
+    };
+    let caption = format!(
+        "Frequency response, {words}, run {run}, in closed loop, where the coherence is above {COHERENT}{beyond}."
+    );
+    let legend = if before.is_empty() {
+        vec![(Ink::Measured, "recorded")]
+    } else {
+        vec![(Ink::Measured, "machine"), (Ink::Before, "twin as it is"), (Ink::After, "with the causes")]
+    };
+    let mut figure = Figure::new("response", caption, panels);
+    figure.legend = legend.into_iter().map(|(ink, word)| (ink, word.to_owned())).collect();
+    figure
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_angles_go_on_across_a_turn() {
+        let points = vec![[1.0, -170.0], [2.0, f64::NAN], [3.0, 175.0], [4.0, -178.0]];
+        let angles: Vec<f64> = unwrapped(points).into_iter().map(|p| p[1]).collect();
+        assert_eq!([angles[0], angles[2], angles[3]], [-170.0, -185.0, -178.0]);
+    }
+}
