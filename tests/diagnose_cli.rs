@@ -424,3 +424,36 @@ fn exact_json_that_cannot_be_written_is_refused_before_the_work() {
     let left: Vec<_> = fs::read_dir(desk.folder.path()).unwrap().map(|e| e.unwrap().file_name()).collect();
     assert_eq!(left, ["recording"]);
 }
+
+/// Ctrl-C in the middle of the work: whatever was to be written is whole or not there, and the recording is as it was.
+#[cfg(unix)]
+#[test]
+fn exact_interrupted_diagnosis_leaves_nothing_half_written() {
+    use std::os::unix::process::ExitStatusExt;
+    const INTERRUPT: i32 = 2;
+    let desk = Desk::two_cells();
+    let out = desk.path("out");
+    fs::create_dir(&out).unwrap();
+    let entries = |path: &Path| -> Vec<PathBuf> {
+        let mut all: Vec<PathBuf> = fs::read_dir(path).unwrap().map(|e| e.unwrap().path()).collect();
+        all.sort();
+        all
+    };
+    let recorded = entries(Path::new(&desk.recording()));
+    let place = |name: &str| out.join(name).display().to_string();
+    let mut child = Command::new(SLIDEWAY)
+        .args(["diagnose", &desk.recording(), "--machine", &grinder().display().to_string()])
+        .args(["--json", &place("verdict.json"), "--html", &place("report.html")])
+        .args(["--figures", &place("figures"), "--write-machine", &place("machine")])
+        .stdout(std::process::Stdio::null())
+        .stderr(std::process::Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(std::time::Duration::from_millis(300));
+    let killed = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(killed.success());
+    let status = child.wait().unwrap();
+    assert_eq!(status.signal(), Some(INTERRUPT), "{status:?}: it was to be interrupted at work");
+    assert_eq!(entries(&out), Vec::<PathBuf>::new());
+    assert_eq!(entries(Path::new(&desk.recording())), recorded);
+}

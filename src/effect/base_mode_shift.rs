@@ -67,12 +67,14 @@ impl Law for BaseModeShift {
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         let count = screen.constants.as_ref().map_or(0, |c| c.modes.len());
-        let each = |j: usize| [0.6, 0.85, 0.97, 1.15, 1.6].map(|factor| vec![(j + 1) as f64, factor, 1.0]);
+        let each = |j: usize| {
+            [0.3, 0.45, 0.6, 0.85, 0.97, 1.15, 1.6, 2.5].map(|factor| vec![(j + 1) as f64, factor, 1.0])
+        };
         (0..count).flat_map(each).collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let count = screen.constants.as_ref().map_or(1, |c| c.modes.len().max(1));
-        vec![(1.0, count as f64), (0.4, 2.5), (0.1, 10.0)]
+        vec![(1.0, count as f64), (0.2, 5.0), (0.1, 10.0)]
     }
 }

@@ -34,7 +34,8 @@ impl Law for Presliding {
         Parameter::effort("force_n", "torque_nm"),
         Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad"),
     ];
-    const SUPERSEDES: &'static [EffectId] = &[EffectId::CoulombFriction];
+    // Friction in proportion to the slider loads is Coulomb friction while these do not change.
+    const SUPERSEDES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
     const DOORS: &'static [Door] = &[Door::Bristle];
 
     fn fault(&self) -> Option<String> {

@@ -40,7 +40,8 @@ impl Law for StribeckFriction {
         Parameter::effort("stiction_n", "stiction_nm"),
         Parameter::differing("stribeck_velocity_m_per_s", "stribeck_velocity_rad_per_s", "m/s", "rad/s"),
     ];
-    const SUPERSEDES: &'static [EffectId] = &[EffectId::CoulombFriction];
+    // Friction in proportion to the slider loads is Coulomb friction while these do not change.
+    const SUPERSEDES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
     const DOORS: &'static [Door] = &[Door::Resistance];
 
     fn fault(&self) -> Option<String> {

@@ -40,8 +40,12 @@ impl Law for VoltageSaturation {
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        // The gradient is zero above the largest voltage: start below it, at several depths.
-        [0.9, 0.7, 0.5, 0.3].iter().map(|share| vec![share * screen.largest_voltage()]).collect()
+        // The gradient is zero above the largest voltage: start below it, at several depths. The effort that is logged may wind up
+        // far beyond the limit.
+        [0.9, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07]
+            .iter()
+            .map(|share| vec![share * screen.largest_voltage()])
+            .collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {

@@ -2,6 +2,7 @@
 
 use super::nominal;
 use super::scale::Scale;
+use crate::drive::motor::Circuit;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::{Machine, Tolerance};
@@ -184,7 +185,15 @@ fn motor(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> 
         EffectId::ForceConstant => (beyond(absorbed.force_constant, 0.25), one(off)),
         EffectId::BackEmf => {
             let whole = scale.voltage_v / scale.speed;
-            ((1e-5, 1.5), one(move |s| neutral + s * whole))
+            // Against drag, a winding's resistance takes a voltage in proportion to speed as well.
+            let like_it = match scale.constants.circuit {
+                Circuit::Winding { resistance_ohm, force_constant, .. } => {
+                    resistance_ohm * scale.constants.viscous / force_constant
+                }
+                Circuit::Direct { .. } => 0.0,
+            };
+            let least = BEYOND * absorbed.resistance * like_it / whole;
+            ((least.max(1e-5), 1.5), one(move |s| neutral + s * whole))
         }
         EffectId::ForceRipple => ((1e-6, 0.2), Box::new(drawn.wave())),
         _ => ((1e-7, 0.2), Box::new(move |s| drawn.wave()(s * force).into_iter().collect())),

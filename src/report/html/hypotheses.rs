@@ -64,10 +64,9 @@ fn confusable(cause: &Cause) -> String {
     format!("{}: {}", names.join(", "), why(cause))
 }
 
-/// Why these data cannot tell the effect from its rivals. The reason of a single cause goes here once a
-/// [`Cause`] carries one.
-fn why(_cause: &Cause) -> &'static str {
-    "does equally well on the unseen runs"
+/// Why these data cannot tell the effect from its rivals.
+fn why(cause: &Cause) -> &str {
+    cause.confusable_reason.as_deref().unwrap_or("does equally well on the unseen runs")
 }
 
 fn probabilities(diagnosis: &Diagnosis) -> Figure {
@@ -157,12 +156,15 @@ fn calibration(diagnosis: &Diagnosis) -> Part {
     part
 }
 
-/// Effects that no search looked at. Those that were ruled out, with their reasons, are further rows of this table
-/// once a diagnosis lists them.
+/// Effects that no search looked at: those that leave no trace, and those whose stretch of the signal path is clean.
 fn ruled_out(diagnosis: &Diagnosis) -> Part {
     let mut part = Part::default();
-    let rows: Vec<Vec<String>> =
-        diagnosis.not_examined.iter().map(|not| vec![phrase(&not.effect), not.reason.clone()]).collect();
+    let rows: Vec<Vec<String>> = diagnosis
+        .not_examined
+        .iter()
+        .chain(&diagnosis.ruled_out)
+        .map(|not| vec![phrase(&not.effect), not.reason.clone()])
+        .collect();
     part.table(&["effect", "why"], &rows);
     part
 }
