@@ -44,6 +44,9 @@ impl Fit {
 
 /// Steps along a narrow, curved valley are short: motor constants, mass and friction compensate each other.
 const MOST_ITERATIONS: usize = 60;
+/// Damping of the first step: small, since what is new in a hypothesis and what is calibrated beside it often compensate
+/// each other almost wholly (drag and back-EMF), and a damped step does not leave such a valley's wall.
+const FIRST_DAMPING: f64 = 1e-6;
 /// Damping below which a step is that of Gauss and Newton.
 const LEAST_DAMPING: f64 = 1e-9;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
@@ -178,7 +181,7 @@ fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
 fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Vec<f64>> {
     let free = &objective.hypothesis.free;
     let mut residuals = objective.residuals(&values)?;
-    let mut damping = 1e-3;
+    let mut damping = FIRST_DAMPING;
     if free.is_empty() {
         return Ok(values);
     }

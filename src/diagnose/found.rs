@@ -120,7 +120,7 @@ impl Found {
         let left = self.candidates[self.chosen].score.mean_square();
         self.chosen == 0
             || !self.is_adequate(self.chosen)
-            || left - LEAST_LEFT > MATERIAL_SHARE * (before.mean_square() - 1.0)
+            || left - LEAST_LEFT > MATERIAL_SHARE * self.uncalibrated(before)
     }
 
     /// Whether a candidate leaves more open than the chosen one, by as much as is worth naming.
@@ -216,7 +216,12 @@ impl Found {
         let settles = after.gap() <= ADEQUATE_GAP && now.gap() > ADEQUATE_GAP;
         let is_most_of_rest =
             now.gap() > ADEQUATE_GAP && gained >= LARGE_SHARE_OF_REST * (now.mean_square() - 1.0);
-        settles || is_most_of_rest || gained >= MATERIAL_SHARE * (before.mean_square() - 1.0)
+        settles || is_most_of_rest || gained >= MATERIAL_SHARE * self.uncalibrated(before)
+    }
+
+    /// What calibration leaves open, as mean square above noise: the gap that causes are measured by.
+    fn uncalibrated(&self, before: &Score) -> f64 {
+        self.candidates[0].score.mean_square().min(before.mean_square()) - 1.0
     }
 }
 

@@ -51,7 +51,13 @@ impl Law for BackEmf {
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        vec![screen.constants.as_ref().map_or(vec![1.0], Self::neutral)]
+        let Some(constants) = &screen.constants else { return vec![vec![1.0]] };
+        let stated = Self::neutral(constants);
+        let Circuit::Winding { force_constant, .. } = constants.circuit else { return vec![stated] };
+        // At zero, where none is stated, a fit stands on the edge of what is possible and may not find away from it.
+        let more =
+            [1e-3, 1e-2, 1e-1].map(|share| stated.iter().map(|ke| ke + share * force_constant).collect());
+        std::iter::once(stated).chain(more).collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
