@@ -67,7 +67,19 @@ pub(super) fn unbroken(words: &str) -> String {
         }
         _ => false,
     };
-    letters.iter().enumerate().map(|(k, c)| if *c == ' ' && holds(k) { '\u{a0}' } else { *c }).collect()
+    // A minus is as wide as a digit and does not end a line.
+    let is_minus = |k: usize| match around(k) {
+        (before, Some(after)) => {
+            before.is_none_or(|b| b.is_whitespace() || *b == '(') && after.is_ascii_digit()
+        }
+        _ => false,
+    };
+    let set = |(k, c): (usize, &char)| match c {
+        ' ' if holds(k) => '\u{a0}',
+        '-' if is_minus(k) => '−',
+        other => *other,
+    };
+    letters.iter().enumerate().map(set).collect()
 }
 
 /// The head of a page that is no diagnosis.

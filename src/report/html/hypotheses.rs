@@ -25,7 +25,7 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
                 ">probability",
                 ">closes",
                 "parameters, 95 % interval",
-                "twin has",
+                if diagnosis.reference.is_some() { "reference had" } else { "twin has" },
                 "confusable with",
             ],
             &diagnosis.causes.iter().map(cause).collect::<Vec<_>>(),
@@ -42,7 +42,7 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
 fn cause(cause: &Cause) -> Vec<String> {
     let list = |of: &dyn Fn(&crate::diagnose::verdict::Parameter) -> String| -> String {
         let each = cause.parameters.iter().map(|(key, p)| format!("{} {}", name(key), of(p)));
-        each.collect::<Vec<_>>().join("; ")
+        each.collect::<Vec<_>>().join("\n")
     };
     vec![
         phrase(&cause.effect),
@@ -61,7 +61,19 @@ fn confusable(cause: &Cause) -> String {
         return "nothing in the catalogue".to_owned();
     }
     let names: Vec<String> = cause.confusable_with.iter().map(|effect| phrase(effect)).collect();
-    format!("{}: {}", names.join(", "), why(cause))
+    format!("{}. {}", names.join(", "), worded(why(cause)))
+}
+
+/// The same with effects in words instead of their ids.
+fn worded(text: &str) -> String {
+    let word = |word: &str| {
+        let id = word.trim_end_matches([',', '.', ':', ';']);
+        let is_id = id.contains('_') && EffectId::ALL.iter().any(|effect| effect.name() == id);
+        if is_id { word.replacen(id, &phrase(id), 1) } else { word.to_owned() }
+    };
+    let text: String = text.split(' ').map(word).collect::<Vec<_>>().join(" ");
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Why these data cannot tell the effect from its rivals.
