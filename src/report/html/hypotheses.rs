@@ -2,7 +2,7 @@
 
 use super::page::Part;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::verdict::Cause;
+use crate::diagnose::verdict::{Cause, Parameter};
 use crate::effect::EffectId;
 use crate::report::changes::{had, runs, verdict};
 use crate::report::figure::{Axis, Bar, Bars, Figure, Ink, Panel, Row};
@@ -15,20 +15,13 @@ const LISTED: usize = 8;
 /// The section.
 pub(super) fn part(diagnosis: &Diagnosis) -> Part {
     let mut part = Part::default();
+    let had = if diagnosis.reference.is_some() { "reference" } else { "twin" };
     if diagnosis.causes.is_empty() {
         part.paragraph("No effect is named.");
     } else {
         part.table(
-            &[
-                "effect",
-                "place",
-                ">probability",
-                ">closes",
-                "parameters, 95 % interval",
-                if diagnosis.reference.is_some() { "reference had" } else { "twin has" },
-                "confusable with",
-            ],
-            &diagnosis.causes.iter().map(cause).collect::<Vec<_>>(),
+            &["effect", "place", ">probability", ">closes", "parameters, 95 % interval", "confusable with"],
+            &diagnosis.causes.iter().map(|cause| self::cause(cause, had)).collect::<Vec<_>>(),
         );
     }
     part.figure(probabilities(diagnosis));
@@ -39,18 +32,17 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
     part
 }
 
-fn cause(cause: &Cause) -> Vec<String> {
-    let list = |of: &dyn Fn(&crate::diagnose::verdict::Parameter) -> String| -> String {
-        let each = cause.parameters.iter().map(|(key, p)| format!("{} {}", name(key), of(p)));
-        each.collect::<Vec<_>>().join("\n")
+fn cause(cause: &Cause, had: &str) -> Vec<String> {
+    let parameter = |(key, p): (&String, &Parameter)| {
+        let before = if p.twin.is_finite() { format!(" ({had}: {})", twin(p)) } else { String::new() };
+        format!("{} {}{before}", name(key), with_interval(p))
     };
     vec![
         phrase(&cause.effect),
         cause.site.clone(),
         probability(cause.probability),
         crate::report::number::percent(cause.closes),
-        list(&|p| with_interval(p)),
-        list(&|p| twin(p)),
+        cause.parameters.iter().map(parameter).collect::<Vec<_>>().join("\n"),
         confusable(cause),
     ]
 }
