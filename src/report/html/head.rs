@@ -60,7 +60,7 @@ pub(super) fn unbroken(words: &str) -> String {
     let around = |k: usize| (k.checked_sub(1).and_then(|b| letters.get(b)), letters.get(k + 1));
     let holds = |k: usize| match around(k) {
         (Some(before), Some(after)) => {
-            let is_unit = "%µ±×".contains(*after)
+            let is_unit = "%µ±×→".contains(*after)
                 || (after.is_alphabetic()
                     && letters[k + 1..].iter().take_while(|c| !c.is_whitespace()).count() <= 6);
             "<>±→×".contains(*before) || (before.is_ascii_digit() && is_unit)
