@@ -378,6 +378,28 @@ fn exact_a_place_that_cannot_be_written_is_refused() {
 }
 
 #[test]
+fn exact_an_input_or_another_output_in_the_place_of_the_page_is_refused() {
+    let (folder, paths) = folder_of(&["machine.toml", "page.html"]);
+    std::fs::write(&paths[0], "name = 1").unwrap();
+    let text: Vec<&str> = paths.iter().map(|path| path.to_str().unwrap()).collect();
+    let beside = folder.path().join("./page.html");
+    for (arguments, word) in [
+        (vec!["inspect", "models/grinder", "--html", text[0]], "a file that holds no input"),
+        (vec!["identify", "--machine", "models/grinder", "--html", text[0]], "a file that holds no input"),
+        (
+            vec!["diagnose", "assets/hidden_coulomb", "--html", text[1], "--json", beside.to_str().unwrap()],
+            "the file that --json writes",
+        ),
+    ] {
+        let output = run(&arguments);
+        let told = String::from_utf8_lossy(&output.stderr).split_whitespace().collect::<Vec<_>>().join(" ");
+        assert!(output.status.code() == Some(2) && told.contains(word), "{told}");
+    }
+    assert_eq!(std::fs::read_to_string(&paths[0]).unwrap(), "name = 1");
+    assert!(!paths[1].exists());
+}
+
+#[test]
 fn exact_a_file_in_the_place_of_the_figures_is_refused() {
     let (_folder, paths) = folder_of(&["figures"]);
     std::fs::write(&paths[0], "not a folder").unwrap();

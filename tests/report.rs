@@ -239,8 +239,8 @@ fn exact_comparison_tells_before_and_after() {
     holds(
         &reports,
         &[
-            "Changed since the reference: controller gains that are not those stated in the controller, velocity \
-             feedforward 0.979 → 0.00400 (60 %), and Coulomb friction on the guide, 973 → 165 N (30 %), and",
+            "Changed since the reference: controller gains that are not those stated, velocity \
+             feedforward 0.979 → 0.004 (60 %), and Coulomb friction on the guide, 973 → 165 N (30 %), and",
             "(9.0 %), and a lead error that repeats along the axis in the structure, 20.0 mm (1.0 %), together 99.0 % of the \
              difference.",
             "WHAT CHANGED between the reference and the recording",
@@ -403,6 +403,22 @@ fn exact_undecided_names_the_rivals() {
         ],
     );
     lacks(&reports, &["[effect.", "causes 94 %"]);
+    // What every rival holds is said once.
+    let mut both = d.clone();
+    both.causes[0].effect = "cogging".to_owned();
+    both.ranking = vec![
+        ranked(&["cogging", "constant_force"], 0.52, 1.08),
+        ranked(&["cogging", "amplifier_offset"], 0.41, 1.08),
+    ];
+    both.causes.push(d.causes[0].clone());
+    both.causes[1].effect = "constant_force".to_owned();
+    holds(
+        &sliding(&both),
+        &[
+            "Cogging of the motor has a part in every explanation, but these data cannot tell apart what acts beside: a \
+           constant force (52 %), an offset of the amplifier (41 %).",
+        ],
+    );
     // Nothing named: the ranking's first are the rivals.
     d.causes.clear();
     holds(&sliding(&d), &["Coulomb friction (52 %), friction that differs", "with a delay between effort"]);

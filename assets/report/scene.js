@@ -18,11 +18,11 @@ function sceneView(root) {
   const hasTwin = hasRuns && page.runs[0].traces.some(t => t.before);
 
   const canvas = make("canvas", { className: "view", tabIndex: 0, role: "img",
-    "aria-label": "the machine in three dimensions; arrow keys turn it, plus and minus zoom, space plays" });
+    "aria-label": "the machine in three dimensions; arrow keys turn it, plus and minus zoom" + (hasRuns ? ", space plays" : "") });
   const readout = make("p", { className: "readout", role: "status" });
   const bar = make("div", { className: "bar" }), options = make("div", { className: "bar" });
   root.append(canvas, bar, readout, options,
-    make("p", { className: "hint" }, "Drag or arrow keys turn the machine, wheel with Ctrl, pinch or + − zoom, space plays."));
+    make("p", { className: "hint" }, "Drag or arrow keys turn the machine, wheel with Ctrl, pinch or + − zoom" + (hasRuns ? ", space plays." : ".")));
   controls();
 
   function controls() {
@@ -46,7 +46,7 @@ function sceneView(root) {
       bar.append(make("label", { className: "scrub" }, "joint", scrub));
     }
     if (hasTwin) {
-      options.append(choice("twin", [["as it is", "before"], ["with the causes", "after"], ["hidden", ""]], "before", value => { state.twin = value; draw(); }));
+      options.append(choice("twin", [[(page.before || "twin as it is").replace("twin ", ""), "before"], ["with the causes", "after"], ["hidden", ""]], "before", value => { state.twin = value; draw(); }));
       const factors = [1, 10, 100, 1000, 10000, 100000];
       state.factor = automatic(factors);
       options.append(choice("gap shown", factors.map(f => [f.toLocaleString("en").replace(/,/g, " "), f]), state.factor, value => { state.factor = value; draw(); }, "× "));
@@ -289,6 +289,7 @@ function sceneView(root) {
     const most = Math.max(...all.values.flat().map(Math.abs), 1e-9);
     const [rest] = all.values;
     g.lineWidth = 3;
+    const labels = [];
     const middleX = machine.sliders.reduce((sum, [, place]) => sum + look.project(of(place))[0], 0) / machine.sliders.length;
     machine.sliders.forEach(([name, place], n) => {
       const load = all.values[k][n], p = of(place);
@@ -298,9 +299,10 @@ function sceneView(root) {
       const change = load - rest[n];
       const more = look.width > 520 ? ` (${change < 0 ? "−" : "+"}${Math.abs(change).toFixed(1)})` : "";
       const text = `${name.slice(-1).toUpperCase()} ${load.toFixed(0)} N${more}`, isLeft = to[0] < middleX;
-      label(g, c, text, to[0] + (isLeft ? -7 : 7), to[1] + 2, isLeft ? "right" : "left");
-      g.lineWidth = 3;
+      labels.push([text, to[0] + (isLeft ? -7 : 7), to[1] + 2, isLeft ? "right" : "left"]);
     });
+    // On top of all arrows.
+    labels.forEach(([text, x, y, align]) => label(g, c, text, x, y, align));
   }
   function tell({ q, gap, trace }) {
     const nice = (x, unit) => `${String(Number(x.toPrecision(4))).replace("-", "−")} ${unit}`;

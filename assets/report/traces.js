@@ -55,7 +55,7 @@ function tracesView(root) {
       legend.append(make("span", {}, line, word));
     };
     key(c.measured, hasTwin ? "machine" : "recorded");
-    if (hasTwin) { key(c.before, "twin as it is"); key(c.after, "twin with the causes"); }
+    if (hasTwin) { key(c.before, page.before || "twin as it is"); key(c.after, "twin with the causes"); }
     key(c.reference, "command", true);
     stack.replaceChildren();
     plots = [];
@@ -215,7 +215,11 @@ function tracesView(root) {
 // Round ticks between two values.
 function ticks(low, high, most) {
   const raw = (high - low) / most, decade = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map(m => m * decade).find(s => s >= raw * 0.999) || raw;
+  const inside = s => Math.floor(high / s) - Math.ceil(low / s) + 1;
+  const steps = [1, 2, 5, 10].map(m => m * decade);
+  let step = steps.find(s => s >= raw * 0.999) || raw;
+  // One value alone tells no scale.
+  if (inside(step) < 2) step = steps.filter(s => inside(s) >= 2).pop() || step;
   const places_ = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const list = [];
   for (let k = Math.ceil(low / step); k * step <= high; k++) list.push([k * step, (k * step).toFixed(Math.min(places_, 8)).replace("-", "−")]);

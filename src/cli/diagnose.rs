@@ -16,7 +16,7 @@ use slideway::report::figure::svg;
 use slideway::report::material::Material;
 use slideway::report::{Style, html, sentence, terminal};
 
-use super::output::{Pictures, check_place, command_line, write};
+use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
 use super::{Failure, Screen};
 
@@ -91,6 +91,13 @@ impl Diagnose {
         let destination = self.destination()?;
         self.figure.iter().try_for_each(|path| check_place(path, "--figure"))?;
         self.pictures.check_places()?;
+        let verdict_file = if let Destination::File(path) = destination { Some(path) } else { None };
+        let places = [
+            ("--json", verdict_file),
+            ("--figure", self.figure.as_deref()),
+            ("--html", self.pictures.html()),
+        ];
+        check_apart(&places)?;
         self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
         let path = self.recording.as_ref().or(self.named.as_ref());
         let recording = Recording::read(path.map_or(Path::new("."), PathBuf::as_path))?;

@@ -24,6 +24,11 @@ impl Pictures {
         self.html.is_some() || self.figures.is_some()
     }
 
+    /// Where the page goes.
+    pub(super) fn html(&self) -> Option<&Path> {
+        self.html.as_deref()
+    }
+
     /// Makes sure that they can be written before the work begins.
     pub(super) fn check_places(&self) -> Result<(), Error> {
         self.html.iter().try_for_each(|path| check_place(path, "--html"))?;
@@ -67,7 +72,26 @@ fn refused(path: &Path, option: &str, found: &str, expected: &str, remedy: &str)
     Error::new(ErrorKind::Io).file(path).key(option).found(found).expected(expected).remedy(remedy)
 }
 
-/// Makes sure that a file can be written there before the work begins.
+/// Endings of what a recording or a machine is made of.
+const INPUTS: [&str; 7] = ["toml", "csv", "parquet", "urdf", "stl", "obj", "dae"];
+
+/// Makes sure that no two options write the same file.
+pub(super) fn check_apart(places: &[(&str, Option<&Path>)]) -> Result<(), Error> {
+    let place =
+        |path: &Path| folder(path).canonicalize().ok().map(|f| f.join(path.file_name().unwrap_or_default()));
+    for (k, (option, path)) in places.iter().enumerate() {
+        let Some(path) = path else { continue };
+        let is_same =
+            |(_, other): &&(&str, Option<&Path>)| other.is_some_and(|other| place(other) == place(path));
+        if let Some((other, _)) = places[..k].iter().find(is_same) {
+            let found = format!("the file that {other} writes");
+            return Err(refused(path, option, &found, "a file of its own", "name another file"));
+        }
+    }
+    Ok(())
+}
+
+/// Makes sure that a file can be written there before the work begins, and that it is no input that would be lost.
 pub(super) fn check_place(path: &Path, option: &str) -> Result<(), Error> {
     if path.is_dir() {
         return Err(refused(path, option, "a folder", "a file to write", "name a file in it"));
@@ -75,6 +99,11 @@ pub(super) fn check_place(path: &Path, option: &str) -> Result<(), Error> {
     if !folder(path).is_dir() {
         let found = "a file in a folder that is not there";
         return Err(refused(path, option, found, "a folder", "make the folder first"));
+    }
+    let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+    if path.exists() && INPUTS.contains(&ending.as_str()) {
+        let found = format!("a .{ending} file that is there already");
+        return Err(refused(path, option, &found, "a file that holds no input", "name another file"));
     }
     Ok(())
 }

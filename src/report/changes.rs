@@ -2,8 +2,8 @@
 
 use super::Style;
 use super::layout::{Align, Table, labelled, paragraph};
-use super::number::{change, percent, plain, twin, value, with_interval};
-use super::sentence::{REMAINS, described, name, phrase, times_noise};
+use super::number::{moved, percent, plain, ratio, twin, value, with_interval};
+use super::sentence::{REMAINS, described, is_resolved, name, placed, times_noise};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Reference};
 
@@ -58,12 +58,6 @@ fn table(causes: &[Cause]) -> Table {
     table
 }
 
-/// Whether the value before lies outside the interval of the value after.
-fn is_resolved(parameter: &Parameter) -> bool {
-    let [from, to] = parameter.ci95;
-    !(from..=to).contains(&parameter.twin)
-}
-
 /// "× 0.16", "new", "gone" or "none".
 pub(super) fn verdict(parameter: &Parameter) -> String {
     let Parameter { value, twin, ci95: [from, to], .. } = *parameter;
@@ -74,9 +68,9 @@ pub(super) fn verdict(parameter: &Parameter) -> String {
     } else if (from..=to).contains(&0.0) {
         "gone".to_owned()
     } else if value * twin > 0.0 {
-        format!("× {}", plain(value / twin))
+        format!("× {}", ratio(parameter))
     } else {
-        change(twin, value, &parameter.unit)
+        moved(parameter)
     }
 }
 
@@ -108,7 +102,6 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> Option<String> {
 
 /// "Coulomb friction on the guide, 973 → 165 N (64 %)", with the parameters that changed beyond their interval.
 fn part(cause: &Cause) -> String {
-    let at = if cause.site == "guide" { "on" } else { "in" };
     let alone = cause.parameters.len() == 1;
     let parameters: Vec<String> = cause
         .parameters
@@ -116,13 +109,13 @@ fn part(cause: &Cause) -> String {
         .filter(|(_, parameter)| alone || is_resolved(parameter))
         .map(|(key, parameter)| {
             let numbers = match parameter.twin.is_finite() {
-                true => change(parameter.twin, parameter.value, &parameter.unit),
+                true => moved(parameter),
                 false => value(parameter.value, &parameter.unit),
             };
             if alone { numbers } else { format!("{} {numbers}", name(key)) }
         })
         .collect();
-    let what = format!("{} {at} the {}", phrase(&cause.effect), cause.site);
+    let what = placed(cause);
     let list = parameters.iter().map(|text| format!(", {text}")).collect::<String>();
     format!("{what}{list} ({})", percent(cause.closes))
 }

@@ -99,6 +99,66 @@ pub(super) fn with_interval(parameter: &Parameter) -> String {
     format!("{number} ± {}{symbol}", text(half))
 }
 
+/// Digits that a sentence has room for.
+const BRIEF: i32 = 4;
+
+/// A parameter for a sentence: with its interval, or to four digits where the interval is finer than those.
+pub(super) fn brief(parameter: &Parameter) -> String {
+    let half = 0.5 * (parameter.ci95[1] - parameter.ci95[0]);
+    let (size, symbol) = engineering_unit(parameter.value.abs().max(half), &parameter.unit);
+    match shown(parameter.value / size, half / size) {
+        Some(digits) => format!("{digits} {symbol}").trim_end().to_owned(),
+        None => with_interval(parameter),
+    }
+}
+
+/// What the twin has instead, for a sentence.
+pub(super) fn brief_twin(parameter: &Parameter) -> String {
+    let half = 0.5 * (parameter.ci95[1] - parameter.ci95[0]);
+    let (size, symbol) = engineering_unit(parameter.twin, &parameter.unit);
+    match shown(parameter.twin / size, half / size) {
+        Some(digits) => format!("{digits} {symbol}").trim_end().to_owned(),
+        None => twin(parameter),
+    }
+}
+
+/// A number to four digits; none where its uncertainty allows no more than those.
+fn shown(number: f64, half: f64) -> Option<String> {
+    if !(number.is_finite() && number != 0.0 && half.is_finite() && half > 0.0) {
+        return None;
+    }
+    let most = (BRIEF - 1 - number.abs().log10().floor() as i32).max(0) as usize;
+    (places(half) > most).then(|| format!("{number:.most$}"))
+}
+
+/// What the twin has and what was found, to the digits that the interval allows, three at most: "973 → 165 N".
+pub(super) fn moved(parameter: &Parameter) -> String {
+    let Parameter { value: found, twin, unit, .. } = parameter;
+    let half = 0.5 * (parameter.ci95[1] - parameter.ci95[0]);
+    let (size, symbol) = engineering_unit(found.abs().max(twin.abs()), unit);
+    let text = |number: f64| rounded(number / size, found.abs().max(twin.abs()) / size, half / size);
+    format!("{} → {} {symbol}", text(*twin), text(*found)).trim_end().to_owned()
+}
+
+/// How many times a parameter is what the twin has, to the digits that the interval allows, three at most.
+pub(super) fn ratio(parameter: &Parameter) -> String {
+    let half = 0.5 * (parameter.ci95[1] - parameter.ci95[0]);
+    let ratio = parameter.value / parameter.twin;
+    rounded(ratio, ratio.abs(), half / parameter.twin.abs())
+}
+
+fn rounded(number: f64, largest: f64, half: f64) -> String {
+    if number == 0.0 {
+        return "0".to_owned();
+    }
+    if !(number.is_finite() && half.is_finite() && half > 0.0 && largest > 0.0) {
+        return plain(number);
+    }
+    let most = (2 - largest.log10().floor() as i32).max(0) as usize;
+    let places = places(half).min(most);
+    format!("{:.places$}", positive_zero(number, places))
+}
+
 /// A parameter to the digits that its interval allows, without it.
 pub(super) fn estimate(parameter: &Parameter) -> String {
     as_precise(parameter.value, parameter)
@@ -215,6 +275,24 @@ mod tests {
         for (value, ci95, unit, text) in cases {
             assert_eq!(with_interval(&parameter(value, ci95, unit)), text);
         }
+    }
+
+    #[test]
+    fn exact_sentences_have_four_digits() {
+        let cases = [
+            (15.00005, 0.00015, "N", "15.00 N"),
+            (0.999_82e-3, 3e-7, "s", "0.9998 ± 0.0003 ms"),
+            (0.011_999_98, 3e-8, "m", "12.00 mm"),
+            (15.02, 0.31, "N", "15.0 ± 0.3 N"),
+            (12_345.678, 0.2, "", "12346"),
+        ];
+        for (value, half, unit, text) in cases {
+            assert_eq!(brief(&parameter(value, [value - half, value + half], unit)), text);
+        }
+        let gain = Parameter { twin: 1.0, ..parameter(3.0912, [1.8, 4.4], "1") };
+        assert_eq!([moved(&gain), ratio(&gain), brief_twin(&gain)], ["1.0 → 3.1", "3.1", "1.0"]);
+        let play = Parameter { twin: 0.0, ..parameter(3.3e-4, [3.1e-4, 3.5e-4], "m") };
+        assert_eq!(moved(&play), "0 → 330 µm");
     }
 
     #[test]

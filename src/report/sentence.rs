@@ -1,10 +1,10 @@
 //! The verdict as a sentence, with numbers and units.
 
 use super::changes;
-use super::number::{percent, plain, probability, twin, value, with_interval};
+use super::number::{brief, brief_twin, percent, plain, probability, value};
 use super::place::{banded, named, top};
 use crate::diagnose::Verdict;
-use crate::diagnose::verdict::{Cause, Diagnosis, Ranked, SignalGap};
+use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Ranked, SignalGap};
 use crate::effect::EffectId;
 use crate::recording::Signal;
 use crate::units::Motion;
@@ -115,7 +115,8 @@ pub(super) fn name(key: &str) -> String {
 
 /// A key without the unit at its end.
 fn without_unit(key: &str) -> &str {
-    const UNITS: [&str; 19] = [
+    const UNITS: [&str; 20] = [
+        "_nm_per_rad",
         "_n_s_per_m",
         "_nm_s_per_rad",
         "_m_per_s",
@@ -141,23 +142,41 @@ fn without_unit(key: &str) -> &str {
 
 /// "Coulomb friction on the guide, 15.0 ± 0.3 N".
 pub(super) fn described(cause: &Cause) -> String {
-    let at = if cause.site == "guide" { "on" } else { "in" };
     let alone = cause.parameters.len() == 1;
+    // What is nothing within its interval is left to the table, unless nothing else would be told.
+    let tells = cause.parameters.values().any(is_resolved);
     let parameters: Vec<String> = cause
         .parameters
         .iter()
+        .filter(|(_, parameter)| !tells || is_resolved(parameter))
         .map(|(key, parameter)| {
-            let number = with_interval(parameter);
+            let number = brief(parameter);
             let number = if alone { number } else { format!("{} {number}", name(key)) };
             if parameter.twin == 0.0 || !parameter.twin.is_finite() {
                 number
             } else {
-                format!("{number} instead of {}", twin(parameter))
+                format!("{number} instead of {}", brief_twin(parameter))
             }
         })
         .collect();
-    let what = format!("{} {at} the {}", phrase(&cause.effect), cause.site);
+    let what = placed(cause);
     if parameters.is_empty() { what } else { format!("{what}, {}", parameters.join(", ")) }
+}
+
+/// "Coulomb friction on the guide"; the place is not said twice.
+pub(super) fn placed(cause: &Cause) -> String {
+    let (what, site) = (phrase(&cause.effect), &cause.site);
+    if what.contains(site.as_str()) {
+        return what;
+    }
+    let at = if site == "guide" { "on" } else { "in" };
+    format!("{what} {at} the {site}")
+}
+
+/// Whether what the twin has lies outside the interval of what was found.
+pub(super) fn is_resolved(parameter: &Parameter) -> bool {
+    let [from, to] = parameter.ci95;
+    !(from..=to).contains(&parameter.twin)
 }
 
 /// "a, b and c".
@@ -185,9 +204,22 @@ fn rivals(diagnosis: &Diagnosis) -> Vec<&Ranked> {
 fn undecided(diagnosis: &Diagnosis) -> String {
     let rivals = rivals(diagnosis);
     let some = &rivals[..rivals.len().min(RIVALS)];
+    // What all of them hold is said once.
+    let shared: Vec<String> = match some {
+        [first, rest @ ..] if !rest.is_empty() => {
+            let in_all = |effect: &&String| rest.iter().all(|ranked| ranked.effects.contains(*effect));
+            first.effects.iter().filter(in_all).cloned().collect()
+        }
+        _ => Vec::new(),
+    };
+    let beside = |ranked: &Ranked| -> String {
+        let own = ranked.effects.iter().filter(|effect| !shared.contains(effect));
+        let own: Vec<String> = own.cloned().collect();
+        if own.is_empty() && !shared.is_empty() { "nothing".to_owned() } else { together(&own) }
+    };
     let parts: Vec<String> = some
         .iter()
-        .map(|ranked| format!("{} ({})", together(&ranked.effects), probability(ranked.probability)))
+        .map(|ranked| format!("{} ({})", beside(ranked), probability(ranked.probability)))
         .collect();
     let more = match rivals.len() - some.len() {
         0 => String::new(),
@@ -202,10 +234,18 @@ fn undecided(diagnosis: &Diagnosis) -> String {
     } else {
         format!(" They leave {} to {}.", plain(least), times_noise(most))
     };
+    let (gap, parts) = (times_noise(diagnosis.gap.before), parts.join(", "));
+    if shared.is_empty() {
+        return format!(
+            "There is a gap of {gap}, but these data cannot tell apart what causes it: {parts}{more}.{shrink}"
+        );
+    }
+    let phrases: Vec<String> = shared.iter().map(|effect| phrase(effect)).collect();
+    let have = if phrases.len() == 1 { "has" } else { "have" };
     format!(
-        "There is a gap of {}, but these data cannot tell apart what causes it: {}{more}.{shrink}",
-        times_noise(diagnosis.gap.before),
-        parts.join(", ")
+        "There is a gap of {gap}. {} {have} a part in every explanation, but these data cannot tell apart what acts \
+         beside: {parts}{more}.{shrink}",
+        capitalised(&listed(&phrases))
     )
 }
 

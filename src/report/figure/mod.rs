@@ -200,7 +200,10 @@ impl Figure {
                 (x, y) = (8.0, y + LEGEND_ROW);
             }
             draw.path(&format!("M{x:.0} {:.1}h22", y - 4.0), &format!("l key {}", ink.class()));
-            draw.text([x + 28.0, y], FONT, "", "start", words);
+            for (k, line) in lines(words, FONT, width.px() - x - 30.0).iter().enumerate() {
+                y += if k > 0 { LEGEND_ROW - 4.0 } else { 0.0 };
+                draw.text([x + 28.0, y], FONT, "", "start", line);
+            }
             x += takes;
         }
         y + 10.0

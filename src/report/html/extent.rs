@@ -15,7 +15,7 @@ use crate::units::Motion;
 pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     let mut part = Part::default();
     let gap = &diagnosis.gap;
-    part.figure(figure(&gap.signals, material.motion));
+    part.figure(figure(&gap.signals, material));
     let heads = [
         "signal",
         ">unseen runs, before",
@@ -45,7 +45,8 @@ fn row(signal: &SignalGap, material: &Material) -> Vec<String> {
 }
 
 /// Bars of every signal on one scale: multiples of its noise.
-fn figure(signals: &[SignalGap], motion: Motion) -> Figure {
+fn figure(signals: &[SignalGap], material: &Material) -> Figure {
+    let motion = material.motion;
     let ratio = |rms: f64, noise: f64| (rms / noise.max(f64::MIN_POSITIVE)).max(1e-3);
     let rows: Vec<Row> = signals
         .iter()
@@ -72,7 +73,7 @@ fn figure(signals: &[SignalGap], motion: Motion) -> Figure {
         "RMS of recorded less predicted on unseen runs, signal by signal, before and after; 1 is the noise floor.",
         vec![Panel::Bars(Bars { title: String::new(), axis, rows })],
     )
-    .legend([(Ink::Before, "twin as it is"), (Ink::After, "with the causes, calibrated")])
+    .legend([(Ink::Before, material.baseline), (Ink::After, "with the causes, calibrated")])
 }
 
 fn detail(diagnosis: &Diagnosis, motion: Motion) -> Part {

@@ -35,12 +35,13 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     let effects: Vec<String> = diagnosis.causes.iter().map(|cause| cause.effect.clone()).collect();
     let law = if effects.is_empty() { "calibration".to_owned() } else { together(&effects) };
     let scale = Scale::force(motion, force.before.iter().chain(&force.after));
-    part.figure(over(force, &scale, motion, &law));
+    part.figure(over(force, &scale, material, &law));
     part.figure(in_time(force, &scale, &law));
     part
 }
 
-fn over(force: &Force, scale: &Scale, motion: Motion, law: &str) -> Figure {
+fn over(force: &Force, scale: &Scale, material: &Material, law: &str) -> Figure {
+    let motion = material.motion;
     let (speed, place) = (Scale::speed(motion, &force.velocity), Scale::position(motion, &force.position));
     let si = if motion == Motion::Prismatic { "m/s²" } else { "rad/s²" };
     let acceleration = Scale { factor: 1.0, unit: si.to_owned() };
@@ -51,7 +52,7 @@ fn over(force: &Force, scale: &Scale, motion: Motion, law: &str) -> Figure {
     ];
     let panels =
         charts.map(|(word, quantity, across)| Panel::Chart(over_one(force, scale, word, quantity, &across)));
-    let caption = format!("What the twin as it is lacks (dots), and the fitted law: {law}.");
+    let caption = format!("What the {} lacks (dots), and the fitted law: {law}.", material.baseline);
     let law_words = format!("fitted: {law}");
     Figure::new("force", caption, panels.to_vec()).legend([
         (Ink::Before, "lacking before"),
@@ -67,7 +68,7 @@ fn over_one(force: &Force, scale: &Scale, word: &str, quantity: &[f64], across: 
         all.filter(|(_, moves)| **moves).map(|((x, y), _)| [across.to(*x), scale.to(*y)]).collect()
     };
     let (before, after) = (dots(&force.before), dots(&force.after));
-    let heights = robust(before.iter().chain(&after).map(|p| p[1]).collect());
+    let heights = with_zero(before.iter().chain(&after).map(|p| p[1]).collect());
     let widths = robust(before.iter().map(|p| p[0]).collect());
     let mut marks = vec![
         Mark::Dots { ink: Ink::Before, points: before.clone() },
@@ -93,7 +94,12 @@ fn robust(mut values: Vec<f64>) -> Vec<f64> {
     values.sort_by(f64::total_cmp);
     let cut = values.len() / 200;
     let end = values.len() - cut;
-    values.drain(cut..end).chain([0.0]).collect()
+    values.drain(cut..end).collect()
+}
+
+/// The same for a quantity whose zero tells.
+fn with_zero(values: Vec<f64>) -> Vec<f64> {
+    robust(values).into_iter().chain([0.0]).collect()
 }
 
 fn in_time(force: &Force, scale: &Scale, law: &str) -> Figure {
@@ -107,7 +113,7 @@ fn in_time(force: &Force, scale: &Scale, law: &str) -> Figure {
     };
     let (before, after) = (curve(moving(force.before.clone())), curve(moving(force.after.clone())));
     let fitted = curve(moving(force.law().collect()));
-    let heights = robust(before.iter().chain(&after).map(|p| p[1]).collect());
+    let heights = with_zero(before.iter().chain(&after).map(|p| p[1]).collect());
     let end = force.time_s[..*count].last().copied().unwrap_or(1.0);
     let chart = Chart {
         title: format!("over time, run {name}"),

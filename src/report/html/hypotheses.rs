@@ -2,7 +2,7 @@
 
 use super::page::Part;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::verdict::Cause;
+use crate::diagnose::verdict::{Cause, Parameter};
 use crate::effect::EffectId;
 use crate::report::changes::{had, runs, verdict};
 use crate::report::figure::{Axis, Bar, Bars, Figure, Ink, Panel, Row};
@@ -15,20 +15,13 @@ const LISTED: usize = 8;
 /// The section.
 pub(super) fn part(diagnosis: &Diagnosis) -> Part {
     let mut part = Part::default();
+    let had = if diagnosis.reference.is_some() { "reference" } else { "twin" };
     if diagnosis.causes.is_empty() {
         part.paragraph("No effect is named.");
     } else {
         part.table(
-            &[
-                "effect",
-                "place",
-                ">probability",
-                ">closes",
-                "parameters, 95 % interval",
-                "twin has",
-                "confusable with",
-            ],
-            &diagnosis.causes.iter().map(cause).collect::<Vec<_>>(),
+            &["effect", "place", ">probability", ">closes", "parameters, 95 % interval", "confusable with"],
+            &diagnosis.causes.iter().map(|cause| self::cause(cause, had)).collect::<Vec<_>>(),
         );
     }
     part.figure(probabilities(diagnosis));
@@ -39,18 +32,17 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
     part
 }
 
-fn cause(cause: &Cause) -> Vec<String> {
-    let list = |of: &dyn Fn(&crate::diagnose::verdict::Parameter) -> String| -> String {
-        let each = cause.parameters.iter().map(|(key, p)| format!("{} {}", name(key), of(p)));
-        each.collect::<Vec<_>>().join("; ")
+fn cause(cause: &Cause, had: &str) -> Vec<String> {
+    let parameter = |(key, p): (&String, &Parameter)| {
+        let before = if p.twin.is_finite() { format!(" ({had}: {})", twin(p)) } else { String::new() };
+        format!("{} {}{before}", name(key), with_interval(p))
     };
     vec![
         phrase(&cause.effect),
         cause.site.clone(),
         probability(cause.probability),
         crate::report::number::percent(cause.closes),
-        list(&|p| with_interval(p)),
-        list(&|p| twin(p)),
+        cause.parameters.iter().map(parameter).collect::<Vec<_>>().join("\n"),
         confusable(cause),
     ]
 }
@@ -61,7 +53,19 @@ fn confusable(cause: &Cause) -> String {
         return "nothing in the catalogue".to_owned();
     }
     let names: Vec<String> = cause.confusable_with.iter().map(|effect| phrase(effect)).collect();
-    format!("{}: {}", names.join(", "), why(cause))
+    format!("{}. {}", names.join(", "), worded(why(cause)))
+}
+
+/// The same with effects in words instead of their ids.
+fn worded(text: &str) -> String {
+    let word = |word: &str| {
+        let id = word.trim_end_matches([',', '.', ':', ';']);
+        let is_id = id.contains('_') && EffectId::ALL.iter().any(|effect| effect.name() == id);
+        if is_id { word.replacen(id, &phrase(id), 1) } else { word.to_owned() }
+    };
+    let text: String = text.split(' ').map(word).collect::<Vec<_>>().join(" ");
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Why these data cannot tell the effect from its rivals.

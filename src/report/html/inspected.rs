@@ -74,11 +74,20 @@ fn parts(machine: &Machine) -> Part {
         if let Some(toml::Value::Table(keys)) = table.get(name)
             && !keys.is_empty()
         {
-            let text: String = keys.iter().map(|(key, value)| format!("{key} = {value}\n")).collect();
+            let text: String =
+                keys.iter().map(|(key, value)| format!("{key} = {}\n", written(value))).collect();
             part.raw(&format!("<h3>{}</h3>\n<pre>{}</pre>\n", escape(name), escape(text.trim_end())));
         }
     }
     part
+}
+
+/// A value as in the file; a small number with its power of ten.
+fn written(value: &toml::Value) -> String {
+    match value.as_float() {
+        Some(number) if number != 0.0 && number.abs() < 1e-4 => format!("{number:e}"),
+        _ => value.to_string(),
+    }
 }
 
 /// Modes as a table and the response at the reaction point.
@@ -143,7 +152,7 @@ pub fn recording(recording: &Recording, machine: Option<&Machine>, command: &str
     }
     let mut response = Part::default();
     if let Some(found) = Response::of(&runs) {
-        response.figure(spectrum::figure(&found, recording.motion()));
+        response.figure(spectrum::figure(&found, recording.motion(), ""));
     }
     page.section("spectrum", "Frequency response", response);
     page.section("checks", "What was noticed", noticed(recording));

@@ -53,5 +53,7 @@ pub fn diagnosis(diagnosis: &Diagnosis, machine: &Machine, material: &Material, 
     page.section("checks", "What was checked in the data", checks::part(diagnosis));
     page.section("next", "Next experiment", next::part(diagnosis, material));
     page.section("provenance", "Where this comes from", provenance::part(diagnosis, command));
-    page.finish(&data::of(motion, &material.runs, Some(&material.shape)))
+    let mut data = data::of(motion, &material.runs, Some(&material.shape));
+    data["before"] = material.baseline.into();
+    page.finish(&data)
 }

@@ -1,6 +1,6 @@
 //! What to do next: the machine file, the next experiment and what it should show.
 
-use super::page::Part;
+use super::page::{Part, command};
 use super::scale::Scale;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel, escape};
@@ -22,10 +22,19 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     match &diagnosis.next_experiment {
         Some(experiment) => {
             part.paragraph(&format!("Next experiment: {}", experiment.sentence));
-            part.raw(&format!("<pre class=\"command\">{}</pre>\n", escape(&experiment.command)));
+            part.raw(&format!("<pre class=\"command\">{}</pre>\n", command(&experiment.command)));
         }
         None => {
-            part.remark("No further experiment is needed to tell the named explanation from its rivals, or none would tell.");
+            part.remark(match diagnosis.verdict {
+                Verdict::Undecided => "No motion was found that would tell the rivals apart.",
+                Verdict::Unknown => {
+                    "No motion is proposed: the catalogue has no explanation that one could put to the test."
+                }
+                _ if diagnosis.causes.iter().any(|cause| !cause.confusable_with.is_empty()) => {
+                    "No motion was found that would tell the named explanation from its rivals."
+                }
+                _ => "No further experiment is needed to tell the named explanation from others.",
+            });
         }
     }
     if let Some(predicted) = &material.next {

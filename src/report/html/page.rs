@@ -85,6 +85,11 @@ fn filled<const N: usize>(parts: [(&str, String); N]) -> String {
     out + rest
 }
 
+/// A command whose words are not broken at their hyphens.
+pub(super) fn command(line: &str) -> String {
+    line.split(' ').map(|word| format!("<span>{}</span>", escape(word))).collect::<Vec<_>>().join(" ")
+}
+
 /// A part of a page: its text and the figures in it.
 #[derive(Debug, Default)]
 pub(super) struct Part {

@@ -84,7 +84,10 @@ fn shares(diagnosis: &Diagnosis, material: &Material) -> Figure {
         let scale = Scale::speed(motion, &edges(&place.speed));
         panels.push(banded("By commanded speed", &place.speed, &scale, speed_word(motion)));
     }
-    let caption = "Shares of the gap of the twin as it is, on unseen runs: the stronger the colour, the more of it lies there.";
+    let caption = format!(
+        "Shares of the gap of the {}, on unseen runs: the stronger the colour, the more of it lies there.",
+        material.baseline
+    );
     Figure::new("where", caption, panels)
 }
 

@@ -1,6 +1,6 @@
 //! Where a report comes from: data, machine, version, command.
 
-use super::page::Part;
+use super::page::{Part, command as unbroken};
 use crate::diagnose::Diagnosis;
 use crate::report::figure::escape;
 
@@ -29,6 +29,6 @@ pub(super) fn list(rows: &[(&str, String)], command: &str) -> Part {
         .filter(|(_, text)| !text.is_empty())
         .map(|(word, text)| format!("<dt>{}</dt><dd>{}</dd>\n", escape(word), escape(text)))
         .collect();
-    part.raw(&format!("<dl>\n{items}</dl>\n<pre class=\"command\">{}</pre>\n", escape(command)));
+    part.raw(&format!("<dl>\n{items}</dl>\n<pre class=\"command\">{}</pre>\n", unbroken(command)));
     part
 }

@@ -49,7 +49,7 @@ pub(super) fn recorded(runs: &[RunTraces], recording: &Recording) -> Part {
     let mut part = Part::default();
     let mut still = Part::default();
     for run in runs.iter().take(STILL) {
-        still.figure(traces::figure(run, recording.motion()));
+        still.figure(traces::figure(run, recording.motion(), ""));
     }
     if runs.len() > STILL {
         still.remark(&format!("{} more runs are in the live view.", runs.len() - STILL));

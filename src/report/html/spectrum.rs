@@ -4,7 +4,7 @@ use super::page::Part;
 use super::scale::Scale;
 use crate::identify::frequency_response::Point;
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
-use crate::report::material::{Material, Response, Spectrum};
+use crate::report::material::{Material, Response};
 use crate::units::Motion;
 
 /// Below this coherence a measured response is noise over nothing.
@@ -14,11 +14,11 @@ const COHERENT: f64 = 0.5;
 pub(super) fn part(material: &Material) -> Part {
     let mut part = Part::default();
     if !material.spectra.is_empty() {
-        part.figure(spectra(&material.spectra, material.motion));
+        part.figure(spectra(material));
     }
     match &material.response {
         Some(response) => {
-            part.figure(figure(response, material.motion));
+            part.figure(figure(response, material.motion, material.baseline));
         }
         None => {
             part.remark(
@@ -29,7 +29,8 @@ pub(super) fn part(material: &Material) -> Part {
     part
 }
 
-fn spectra(spectra: &[Spectrum], motion: Motion) -> Figure {
+fn spectra(material: &Material) -> Figure {
+    let Material { spectra, motion, baseline, .. } = material;
     let panels = spectra.iter().enumerate().map(|(k, spectrum)| {
         let all: Vec<f64> = spectrum.density.iter().flat_map(|[_, b, a]| [*b, *a]).collect();
         let scale = Scale::of(spectrum.unit, &all);
@@ -38,7 +39,7 @@ fn spectra(spectra: &[Spectrum], motion: Motion) -> Figure {
         };
         let is_last = k + 1 == spectra.len();
         Panel::Chart(Chart {
-            title: spectrum.signal.word(motion).to_owned(),
+            title: spectrum.signal.word(*motion).to_owned(),
             x: Axis::decades(
                 if is_last { "frequency in Hz" } else { "" },
                 spectrum.density.iter().map(|p| p[0]),
@@ -51,7 +52,7 @@ fn spectra(spectra: &[Spectrum], motion: Motion) -> Figure {
     });
     let caption = "Spectral density of what the twin misses on unseen runs.";
     Figure::new("spectrum", caption, panels.collect())
-        .legend([(Ink::Before, "twin as it is"), (Ink::After, "with the causes")])
+        .legend([(Ink::Before, baseline), (Ink::After, "with the causes")])
 }
 
 /// Angles in degrees without jumps of a whole turn; what is not a number is passed over.
@@ -68,8 +69,27 @@ pub(super) fn unwrapped(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
     points
 }
 
+/// Angles moved by whole turns to where those of another curve are, on average over what both have.
+fn beside(mut points: Vec<[f64; 2]>, other: &[[f64; 2]]) -> Vec<[f64; 2]> {
+    let both = points.iter().zip(other).map(|(a, b)| a[1] - b[1]).filter(|angle| angle.is_finite());
+    let apart: Vec<f64> = both.collect();
+    // Without common points, the angles themselves are kept near zero.
+    let middle = |list: &[f64]| list.iter().sum::<f64>() / list.len().max(1) as f64;
+    let off = if apart.is_empty() {
+        let mean = |curve: &[[f64; 2]]| {
+            middle(&curve.iter().map(|p| p[1]).filter(|angle| angle.is_finite()).collect::<Vec<f64>>())
+        };
+        mean(&points) - mean(other)
+    } else {
+        middle(&apart)
+    };
+    let turns = 360.0 * (off / 360.0).round();
+    points.iter_mut().for_each(|point| point[1] -= turns);
+    points
+}
+
 /// Magnitude, phase and coherence.
-pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
+pub(super) fn figure(response: &Response, motion: Motion, baseline: &str) -> Figure {
     let Response { input, output, measured, before, after, run, highest_hz } = response;
     // Where its input holds nothing, a response is noise over nothing.
     let sure = |p: &Point, value: f64| if p.coherence >= COHERENT { value } else { f64::NAN };
@@ -79,6 +99,9 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
     let phase = |points: &[Point]| -> Vec<[f64; 2]> {
         unwrapped(points.iter().map(|p| [p.frequency_hz, sure(p, p.response().arg().to_degrees())]).collect())
     };
+    // Each begins at some turn: all are drawn on the one nearest to the machine's.
+    let own = phase(measured);
+    let phase = |points: &[Point]| beside(phase(points), &own);
     let phases: Vec<f64> = [&measured[..], before, after].into_iter().flat_map(phase).map(|p| p[1]).collect();
     let frequencies: Vec<f64> = measured.iter().map(|p| p.frequency_hz).collect();
     let heights: Vec<f64> =
@@ -110,7 +133,8 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
         ),
     ];
     let beyond = match before.is_empty() {
-        true => String::new(),
+        true => "; at high frequency the controller answers the sensor's noise, and that is coherent too"
+            .to_owned(),
         false => format!("; beyond {highest_hz:.0} Hz noise outweighs the motion"),
     };
     let caption = format!(
@@ -119,7 +143,7 @@ pub(super) fn figure(response: &Response, motion: Motion) -> Figure {
     let legend = if before.is_empty() {
         vec![(Ink::Measured, "recorded")]
     } else {
-        vec![(Ink::Measured, "machine"), (Ink::Before, "twin as it is"), (Ink::After, "with the causes")]
+        vec![(Ink::Measured, "machine"), (Ink::Before, baseline), (Ink::After, "with the causes")]
     };
     let mut figure = Figure::new("response", caption, panels);
     figure.legend = legend.into_iter().map(|(ink, word)| (ink, word.to_owned())).collect();

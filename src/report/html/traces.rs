@@ -16,7 +16,7 @@ pub(super) fn part(material: &Material) -> Part {
     let held_out: Vec<&RunTraces> = material.runs.iter().filter(|run| run.is_held_out).collect();
     let mut still = Part::default();
     for run in held_out.iter().take(STILL) {
-        still.figure(figure(run, material.motion));
+        still.figure(figure(run, material.motion, material.baseline));
     }
     if held_out.len() > STILL {
         still.remark(&format!("{} more unseen runs are in the live view.", held_out.len() - STILL));
@@ -26,7 +26,7 @@ pub(super) fn part(material: &Material) -> Part {
 }
 
 /// Every signal of a run, its value and its error.
-pub(super) fn figure(run: &RunTraces, motion: Motion) -> Figure {
+pub(super) fn figure(run: &RunTraces, motion: Motion, baseline: &str) -> Figure {
     let end = run.time_s(run.samples());
     let count = run.traces.len();
     let mut panels = Vec::new();
@@ -48,7 +48,7 @@ pub(super) fn figure(run: &RunTraces, motion: Motion) -> Figure {
             caption,
             vec![
                 (Ink::Measured, "machine"),
-                (Ink::Before, "twin as it is"),
+                (Ink::Before, baseline),
                 (Ink::After, "twin with the causes"),
                 (Ink::Reference, "command"),
             ],

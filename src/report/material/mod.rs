@@ -34,6 +34,8 @@ use rayon::prelude::*;
 pub struct Material {
     /// Kind of axis.
     pub motion: Motion,
+    /// What the predictions before are of: the twin as it is, or in a comparison the reference's.
+    pub baseline: &'static str,
     /// The runs, held-out ones first.
     pub runs: Vec<RunTraces>,
     /// The force that the twin lacks, over all runs; none where no signal tells the motor's force.
@@ -52,11 +54,12 @@ pub struct Material {
     pub shape: MachineShape,
 }
 
-/// The machine as it is in this diagnosis and with what was found, and with the causes alone.
+/// The machine as it is in this diagnosis and with what was found, with the causes alone, with the calibration alone.
 struct Machines {
     stated: Machine,
     improved: Machine,
     uncalibrated: Machine,
+    calibrated: Machine,
 }
 
 impl Machines {
@@ -69,7 +72,9 @@ impl Machines {
         let uncalibrated =
             stated.with_settings(causes.iter().map(|(path, value)| (path.as_str(), (*value).into())))?;
         let improved = diagnosis.improved(&stated)?;
-        Ok(Self { stated, improved, uncalibrated })
+        let constants = diagnosis.calibration.iter().map(|c| (c.path.as_str(), c.parameter.value.into()));
+        let calibrated = stated.with_settings(constants)?;
+        Ok(Self { stated, improved, uncalibrated, calibrated })
     }
 }
 
@@ -110,6 +115,7 @@ impl Material {
         let motion = machine.motion();
         Ok(Self {
             motion,
+            baseline: if diagnosis.reference.is_some() { "twin of the reference" } else { "twin as it is" },
             force: Force::of(&all, pair)?,
             spectra: spectrum::of(&runs, motion),
             response: Response::of(&runs),
@@ -122,13 +128,16 @@ impl Material {
     }
 }
 
-/// Share of the gap that opens again when the causes are in the twin but nothing is calibrated.
+/// Share of the gap that calibration closes whether it comes first or last.
+///
+/// Causes that were fitted together with it may say nothing without it: what both take to close counts with them.
 fn calibration_closes(machines: &Machines, held_out: &[Experiment], floor: &Floor) -> Result<f64> {
     let score = |machine: &Machine| Score::of(machine, held_out, floor).map(|score| score.mean_square());
     let (before, after) = (score(&machines.stated)?, score(&machines.improved)?);
-    let without = score(&machines.uncalibrated)?;
+    let (without, alone) = (score(&machines.uncalibrated)?, score(&machines.calibrated)?);
     let excess = before - 1.0;
-    Ok(if excess > 0.0 { ((without - after) / excess).clamp(0.0, 1.0) } else { 0.0 })
+    let closes = (without - after).min(before - alone);
+    Ok(if excess > 0.0 { (closes / excess).clamp(0.0, 1.0) } else { 0.0 })
 }
 
 fn training_residuals(runs: &[RunTraces]) -> Vec<(Signal, [f64; 2])> {
