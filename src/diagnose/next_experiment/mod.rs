@@ -24,7 +24,7 @@ use crate::recording::Signal;
 use rayon::prelude::*;
 use separation::{Pair, Seen, Separation, distance, on_all, refitted};
 use serde::Serialize;
-use stage::{Measure, Stage};
+use stage::{Measure, Stage, largest_effort_v};
 use std::collections::BTreeMap;
 
 /// What to record next.
@@ -170,7 +170,8 @@ impl<'a> Desk<'a> {
             return Ok(None);
         }
         let deflation = found.reference().deflations();
-        let measure = Measure { floor, deflation: &deflation, logged: &logged };
+        let largest_effort_v = largest_effort_v(training);
+        let measure = Measure { floor, deflation: &deflation, logged: &logged, largest_effort_v };
         let stages: Vec<Stage> =
             training.iter().chain(*held_out).map(|e| Stage::recorded(e, &measure)).collect();
         let chosen = &found.candidates[found.chosen].fit;
@@ -245,7 +246,9 @@ impl<'a> Desk<'a> {
     /// Tries a plan; none where the axis cannot do it.
     fn attempt(&self, plan: &Plan, base: &Machine, extra: Option<Signal>) -> Option<Trial> {
         let deflation = |signal: Signal| (self.deflation)(signal);
-        let measure = Measure { floor: self.question.floor, deflation: &deflation, logged: &self.logged };
+        let Question { floor, training, .. } = self.question;
+        let largest_effort_v = largest_effort_v(training);
+        let measure = Measure { floor, deflation: &deflation, logged: &self.logged, largest_effort_v };
         let stage = Stage::planned(plan, base, self.chosen, extra, &self.settings, &measure).ok()??;
         let own = Seen::of(self.chosen, &stage, base).ok()?;
         let separations: Option<Vec<Separation>> = self

@@ -38,6 +38,19 @@ pub(super) struct Measure<'a> {
     pub(super) deflation: &'a dyn Fn(Signal) -> f64,
     /// Signals that the recording has, in signal-path order.
     pub(super) logged: &'a [Signal],
+    /// Effort that a planned run may take, in V.
+    pub(super) largest_effort_v: f64,
+}
+
+/// A planned run may take so many times the largest recorded effort: what has been recorded is known to be safe, and a little
+/// more is tried.
+const MORE_EFFORT: f64 = 3.0;
+
+/// The effort that a further run of recorded ones may take, in V; no limit where none was logged.
+pub(super) fn largest_effort_v(runs: &[Experiment]) -> f64 {
+    let efforts = runs.iter().filter_map(|e| e.run().signal(Signal::ControlEffort));
+    let largest = efforts.flatten().fold(0.0_f64, |most, effort| most.max(effort.abs()));
+    if largest > 0.0 { MORE_EFFORT * largest } else { f64::INFINITY }
 }
 
 /// A run with the weight of each sample of each of its signals.
@@ -59,7 +72,8 @@ impl Stage {
     }
 
     /// The first run of a plan as the machine that `truth` says would be recorded, with one signal more where `extra`
-    /// names it. None where the axis would need more effort than it has.
+    /// names it. None where the axis would need more force than it has, or far more effort than was ever
+    /// recorded.
     ///
     /// # Errors
     /// What a replay refuses: a stroke beyond the joint's limits, say.
@@ -87,7 +101,8 @@ impl Stage {
         let real = named(still)?.machine(&truth.machine(base)?)?;
         let traces = simulate(&real, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ())?;
         let limit = base.solid().joint.effort;
-        if traces.thrust.iter().any(|thrust| !thrust.is_finite() || thrust.abs() > limit) {
+        let within = |samples: &[f64], limit: f64| samples.iter().all(|x| x.is_finite() && x.abs() <= limit);
+        if !(within(&traces.thrust, limit) && within(&traces.effort_v, measure.largest_effort_v)) {
             return Ok(None);
         }
         let experiment = named(recorded("planned", base, &reference, traces)?)?;
