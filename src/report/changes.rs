@@ -27,6 +27,11 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
     out + &labelled("had", LABEL, &had(reference), style)
 }
 
+/// What the twin is called that the causes are added to.
+pub(super) fn baseline(diagnosis: &Diagnosis) -> &'static str {
+    if diagnosis.reference.is_some() { "twin of the reference" } else { "twin as it is" }
+}
+
 pub(super) fn runs(reference: &Reference) -> String {
     let data = &reference.data;
     format!("{}; held out {}", data.training.join(", "), data.held_out.join(", "))

@@ -1,6 +1,7 @@
 //! HOW FAR: the gap before and after, signal by signal and as a whole.
 
 use super::Style;
+use super::changes::baseline;
 use super::layout::{Align, Table, labelled};
 use super::number::{change, determination, percent, plain, value};
 use super::sentence::name;
@@ -18,7 +19,7 @@ const LABEL: usize = 11;
 /// The section.
 pub(super) fn section(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
     let improved = if diagnosis.causes.is_empty() { "calibrated" } else { "with the causes, calibrated" };
-    let remark = format!("held-out residuals, twin as it is → {improved}");
+    let remark = format!("held-out residuals, {} → {improved}", baseline(diagnosis));
     let mut out = style.heading("HOW FAR", &remark);
     let signals = &diagnosis.gap.signals;
     let whole = table(signals, motion, [true, true]);

@@ -1,6 +1,7 @@
 //! WHERE: the gap along the signal path, by phase, frequency, position and speed.
 
 use super::Style;
+use super::changes::baseline;
 use super::layout::{Align, INDENT, Table, bar, columns, labelled};
 use super::number::{percent, range};
 use crate::diagnose::Verdict;
@@ -23,7 +24,8 @@ pub(super) fn section(diagnosis: &Diagnosis, motion: Motion, style: Style) -> St
         return String::new();
     }
     let place = &diagnosis.place;
-    let mut out = style.heading("WHERE", "shares of the gap of the twin as it is, on the held-out runs");
+    let remark = format!("shares of the gap of the {}, on the held-out runs", baseline(diagnosis));
+    let mut out = style.heading("WHERE", &remark);
     out += &signal_path(&place.site);
     out += &segments(&place.segment, style);
     let [position, speed] = match motion {

@@ -1,6 +1,7 @@
 //! WHICH: the effects named, with parameters and rivals, and the best explanations of the ranking.
 
 use super::Style;
+use super::changes::baseline;
 use super::layout::{Align, Table, paragraph};
 use super::number::{NONE, estimate, interval, percent, plain, probability, twin};
 use crate::diagnose::Verdict;
@@ -118,7 +119,7 @@ fn ranking(diagnosis: &Diagnosis) -> Table {
     for ranked in diagnosis.ranking.iter().take(EXPLANATIONS) {
         let effects = ranked.effects.join(" + ");
         table.row(vec![
-            if effects.is_empty() { "the twin as it is".to_owned() } else { effects },
+            if effects.is_empty() { format!("the {}", baseline(diagnosis)) } else { effects },
             probability(ranked.probability),
             format!("{} × noise", plain(ranked.held_out_gap)),
         ]);

@@ -115,7 +115,7 @@ impl Material {
         let motion = machine.motion();
         Ok(Self {
             motion,
-            baseline: if diagnosis.reference.is_some() { "twin of the reference" } else { "twin as it is" },
+            baseline: super::changes::baseline(diagnosis),
             force: Force::of(&all, pair)?,
             spectra: spectrum::of(&runs, motion),
             response: Response::of(&runs),
