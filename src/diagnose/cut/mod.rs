@@ -110,22 +110,29 @@ pub fn clean(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Cut>> 
 
 /// Effects of the catalogue that act in none of the clean stretches.
 pub fn left(catalogue: &[EffectId], clean: &[Cut], experiments: &[Experiment]) -> Vec<EffectId> {
-    let logged = |signal| experiments.iter().all(|e| e.run().signal(signal).is_some());
-    let (current, thrust) = (logged(Signal::Current), logged(Signal::Thrust));
-    catalogue.iter().copied().filter(|e| !clean.contains(&Cut::of(*e, current, thrust))).collect()
+    let stretch = stretches(experiments);
+    catalogue.iter().copied().filter(|e| !clean.contains(&stretch(*e))).collect()
 }
 
 /// The others, with the reason.
 pub fn ruled_out(catalogue: &[EffectId], clean: &[Cut], experiments: &[Experiment]) -> Vec<NotExamined> {
-    let kept = left(catalogue, clean, experiments);
+    let stretch = stretches(experiments);
+    let out = catalogue.iter().copied().filter(|e| clean.contains(&stretch(*e)));
+    out.map(|effect| NotExamined {
+        effect: effect.name().to_owned(),
+        reason: format!(
+            "The stretch {}, replayed alone from its measured input, shows no gap of its own.",
+            stretch(effect).words()
+        ),
+    })
+    .collect()
+}
+
+/// The stretch in which each effect shows, given what all of these runs logged.
+fn stretches(experiments: &[Experiment]) -> impl Fn(EffectId) -> Cut + use<> {
     let logged = |signal| experiments.iter().all(|e| e.run().signal(signal).is_some());
     let (current, thrust) = (logged(Signal::Current), logged(Signal::Thrust));
-    let reason = |effect: EffectId| {
-        let stretch = Cut::of(effect, current, thrust).words();
-        format!("The stretch {stretch}, replayed alone from its measured input, shows no gap of its own.")
-    };
-    let out = catalogue.iter().copied().filter(|effect| !kept.contains(effect));
-    out.map(|e| NotExamined { effect: e.name().to_owned(), reason: reason(e) }).collect()
+    move |effect| Cut::of(effect, current, thrust)
 }
 
 #[derive(Default)]
