@@ -117,14 +117,22 @@ impl Laws {
         1.0 + self.ripples.iter().map(|effect| effect.ripple(position)).sum::<f64>()
     }
 
-    /// The load's position behind the drive train, whose laws remember theirs in `memory`.
-    fn transmit(&self, motor: f64, memory: &mut [f64]) -> f64 {
-        let mut position = motor;
-        for (effect, last) in self.transmissions.iter().zip(memory) {
-            position = effect.transmit(position, *last);
-            *last = position;
-        }
-        position
+    /// Stops between which the drive train holds the load while the motor's end stands at `motor`.
+    fn stops(&self, motor: f64) -> [f64; 2] {
+        self.transmissions.iter().fold([motor; 2], |stops, effect| effect.stops(stops))
+    }
+
+    /// The load's position behind the drive train, from that before.
+    fn transmit(&self, motor: f64, before: f64) -> f64 {
+        let [rear, front] = self.stops(motor);
+        // Not `clamp`: a position that a diverged replay has lost must not stop the program.
+        if rear < front { before.max(rear).min(front) } else { 0.5 * (rear + front) }
+    }
+
+    /// The load's position with every play at its middle.
+    fn middle(&self, motor: f64) -> f64 {
+        let [rear, front] = self.stops(motor);
+        0.5 * (rear + front)
     }
 
     fn read(&self, position: f64) -> f64 {
@@ -133,11 +141,7 @@ impl Laws {
 
     /// The position of the motor's end at which the encoder would show `reading`, every play at its middle.
     fn position_at(&self, reading: f64, end: End) -> f64 {
-        let shown = |motor: f64| {
-            let mut memory = vec![motor; self.transmissions.len()];
-            let load = self.transmit(motor, &mut memory);
-            self.read(if end == End::Motor { motor } else { load })
-        };
+        let shown = |motor: f64| self.read(if end == End::Motor { motor } else { self.middle(motor) });
         // Errors of a reading are small against it, but a scale is not: divide by it first.
         let slope = (shown(reading + 1.0) - shown(reading)).abs().max(1e-3);
         (0..MOST_INVERSIONS).fold(reading, |motor, _| motor + (reading - shown(motor)) / slope)
@@ -156,8 +160,12 @@ pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
     let place = |&reading: &f64| {
         if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
     };
-    let mut memory = vec![shown.first().map_or(0.0, place); laws.transmissions.len()];
-    shown.iter().map(|reading| laws.transmit(place(reading), &mut memory)).collect()
+    let mut load = shown.first().map_or(0.0, |first| laws.middle(place(first)));
+    let follow = |reading| {
+        load = laws.transmit(place(reading), load);
+        load
+    };
+    shown.iter().map(follow).collect()
 }
 
 /// A machine's twin on one plant: configuration and everything that moves.
@@ -190,8 +198,8 @@ struct Moving {
     commanded_v: Vec<f64>,
     /// Friction force in the bristles.
     bristle: f64,
-    /// Positions behind each law of the drive train.
-    transmitted: Vec<f64>,
+    /// The load's position behind the drive train.
+    load: f64,
     /// Reading of the second sensor less what it would be with the encoder's zero.
     load_zero: f64,
     /// Motor and guide force of the step before.
@@ -224,7 +232,7 @@ impl<P: Plant> Twin<P> {
                 current: 0.0,
                 commanded_v: Vec::new(),
                 bristle: 0.0,
-                transmitted: vec![0.0; laws.transmissions.len()],
+                load: 0.0,
                 load_zero: 0.0,
                 forces: [0.0; 2],
             },
@@ -248,7 +256,7 @@ impl<P: Plant> Twin<P> {
         moving.commanded_v = vec![effort_v; self.delay_periods + 2];
         moving.current = 0.0;
         moving.bristle = 0.0;
-        moving.transmitted.fill(motor);
+        moving.load = self.laws.middle(motor);
         moving.load_zero = 0.0;
         moving.forces = [0.0; 2];
         if let Some(delay) = &mut self.reference_delay {
@@ -261,8 +269,7 @@ impl<P: Plant> Twin<P> {
     pub fn restart(&mut self, position: f64, velocity: f64) {
         let (now, end) = (self.plant.position(), self.encoder.end);
         let shown = |motor: f64| {
-            let mut memory: Vec<f64> = self.moving.transmitted.iter().map(|m| m + motor - now).collect();
-            let load = self.laws.transmit(motor, &mut memory);
+            let load = self.laws.transmit(motor, self.moving.load + motor - now);
             self.laws.read(if end == End::Motor { motor } else { load })
         };
         let slope = shown(now + 1.0) - shown(now);
@@ -274,12 +281,12 @@ impl<P: Plant> Twin<P> {
         let jump = [position - shown(now), velocity - self.plant.velocity() * local];
         self.plant.relocate(motor, velocity / local);
         self.moving.velocity = self.moving.velocity.shifted(jump[0], jump[1], self.period_s);
-        self.moving.transmitted.iter_mut().for_each(|load| *load += motor - now);
+        self.moving.load += motor - now;
     }
 
     /// Sets the zero of the second sensor by what it shows at the start.
     pub fn set_load_reading(&mut self, reading: f64) {
-        let load = self.laws.transmit(self.plant.position(), &mut self.moving.transmitted.clone());
+        let load = self.laws.transmit(self.plant.position(), self.moving.load);
         self.moving.load_zero = reading - load;
     }
 
@@ -349,7 +356,8 @@ impl<P: Plant> Twin<P> {
 
     fn sense(&mut self) -> Reading {
         let motor = self.plant.position();
-        let load = self.laws.transmit(motor, &mut self.moving.transmitted);
+        let load = self.laws.transmit(motor, self.moving.load);
+        self.moving.load = load;
         let seen = self.laws.read(if self.encoder.end == End::Motor { motor } else { load });
         let unrounded = match &mut self.noise {
             None => seen,

@@ -42,9 +42,8 @@ impl Law for Backlash {
     }
 
     #[inline]
-    fn transmit(&self, position: f64, memory: f64) -> f64 {
-        // Not `clamp`: a position that a diverged replay has lost must not stop the program.
-        memory.max(position - 0.5 * self.width_m).min(position + 0.5 * self.width_m)
+    fn stops(&self, [rear, front]: [f64; 2]) -> [f64; 2] {
+        [rear - 0.5 * self.width_m, front + 0.5 * self.width_m]
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {

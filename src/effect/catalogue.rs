@@ -133,10 +133,10 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.ripple(position),)+ }
             }
 
-            /// See [`Law::transmit`].
+            /// See [`Law::stops`].
             #[inline]
-            pub fn transmit(&self, position: f64, memory: f64) -> f64 {
-                match self { $(Self::$law(law) => law.transmit(position, memory),)+ }
+            pub fn stops(&self, stops: [f64; 2]) -> [f64; 2] {
+                match self { $(Self::$law(law) => law.stops(stops),)+ }
             }
 
             /// See [`Law::read`].

@@ -123,7 +123,7 @@ pub enum Door {
     Push,
     /// [`Law::ripple`].
     Ripple,
-    /// [`Law::transmit`].
+    /// [`Law::stops`].
     Transmission,
     /// [`Law::read`].
     Reading,
@@ -196,10 +196,10 @@ pub trait Law: Sized {
         0.0
     }
 
-    /// Position of the load when the motor's end of the drive train stands at `position`; `memory` is the load's
-    /// position before, from the same law.
-    fn transmit(&self, position: f64, _memory: f64) -> f64 {
-        position
+    /// Stops between which the drive train holds the load, `[rear, front]`, from those before this law: the rear one pushes
+    /// the load forward, the front one backward. Without play they are one place.
+    fn stops(&self, stops: [f64; 2]) -> [f64; 2] {
+        stops
     }
 
     /// What the encoder reads at a position.

@@ -1,6 +1,7 @@
 //! Lead error of the drive train, periodic in position.
 
 use super::law::{infinite, not_positive};
+use super::periodogram::Pitch;
 use super::reading_error::{columns, error, inverse};
 use super::{Constants, Door, Law, Parameter, Screen, Site};
 use serde::{Deserialize, Serialize};
@@ -8,7 +9,10 @@ use serde::{Deserialize, Serialize};
 /// Periodic lead error: the load runs ahead of and behind the motor once a turn of the screw.
 ///
 /// # Model
-/// `x = q + s·sin(2πq/p) + c·cos(2πq/p)` with q the motor's end of the drive train and x the load.
+/// `x = q + e(q)`, `e(q) = s·sin(2πq/p) + c·cos(2πq/p)`, with q the motor's end of the drive train and x the load. Where there is
+/// play each flank of the thread has its own error: that of the flank which drives the load forward is `min(1, 1 + f)·e`,
+/// that of the other one `min(1, 1 − f)·e`. f = 0: both alike; f = 1: forward only; f = −1: backward only. Without play both
+/// flanks bear, and their mean counts.
 ///
 /// # Validity
 /// Kinematic: small slopes, no inertia of its own. With a single sensor at the load it is exactly a periodic error of
@@ -28,6 +32,9 @@ pub struct ScrewError {
     /// c in m, or rad.
     #[serde(alias = "cosine_rad")]
     pub cosine_m: f64,
+    /// f, from −1 to 1.
+    #[serde(default)]
+    pub flank: f64,
 }
 
 impl Law for ScrewError {
@@ -37,6 +44,7 @@ impl Law for ScrewError {
         Parameter::length("period_m", "period_rad"),
         Parameter::length("sine_m", "sine_rad"),
         Parameter::length("cosine_m", "cosine_rad"),
+        Parameter::same("flank", "1").held(),
     ];
     const DOORS: &'static [Door] = &[Door::Transmission];
 
@@ -48,28 +56,40 @@ impl Law for ScrewError {
         not_positive("period_m", self.period_m)
             .or_else(|| infinite("sine_m", self.sine_m))
             .or_else(|| infinite("cosine_m", self.cosine_m))
+            .or_else(|| {
+                (self.flank.abs() > 1.0 || self.flank.is_nan())
+                    .then(|| format!("flank = {}, expected from -1 to 1", self.flank))
+            })
     }
 
     #[inline]
-    fn transmit(&self, position: f64, _memory: f64) -> f64 {
-        position + error(self.period_m, self.sine_m, self.cosine_m, position)
+    fn stops(&self, stops: [f64; 2]) -> [f64; 2] {
+        let [rear, front] = stops.map(|q| error(self.period_m, self.sine_m, self.cosine_m, q));
+        let [forward, backward] = [(1.0 + self.flank).min(1.0), (1.0 - self.flank).min(1.0)];
+        [stops[0] + forward * rear, stops[1] + backward * front]
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
-        vec![f64::NAN, 0.0, 0.0]
+        vec![f64::NAN, 0.0, 0.0, 0.0]
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         if screen.load_difference.is_empty() {
-            return inverse(screen);
+            return inverse(screen).into_iter().map(|start| [start, vec![0.0]].concat()).collect();
         }
         let found =
             super::periodogram::pitches(screen, &screen.load_difference, |r, m| columns(r, m).to_vec(), 3);
-        found.into_iter().map(|pitch| [vec![pitch.period], pitch.coefficients].concat()).collect()
+        // What only one flank does shows with half its size over both directions.
+        let flanks = [(0.0, 1.0), (1.0, 2.0), (-1.0, 2.0)];
+        let start = |pitch: &Pitch, (flank, share): (f64, f64)| {
+            let sizes = pitch.coefficients.iter().map(|size| share * size);
+            std::iter::once(pitch.period).chain(sizes).chain([flank]).collect()
+        };
+        found.iter().flat_map(|pitch| flanks.map(|flank| start(pitch, flank))).collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let most = 0.05 * screen.travel();
-        [vec![screen.period_range()], vec![(-most, most); 2]].concat()
+        [vec![screen.period_range()], vec![(-most, most); 2], vec![(-1.0, 1.0)]].concat()
     }
 }

@@ -256,7 +256,11 @@ fn structure(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn)
             ((1e-4, 0.5), Box::new(move |s| vec![frequency, mass / s, damping]))
         }
         EffectId::Backlash => ((1e-7, 5e-3), one(move |s| s * travel)),
-        _ => ((1e-8, 1e-3), Box::new(move |s| drawn.wave()(s * travel)[..3].to_vec())),
+        _ => {
+            let both_flanks = 0.0;
+            let values = move |s: f64| [&drawn.wave()(s * travel)[..3], &[both_flanks]].concat();
+            ((1e-8, 1e-3), Box::new(values))
+        }
     }
 }
 
