@@ -8,13 +8,25 @@ use crate::recording::Signal;
 use crate::replay::Traces;
 use crate::twin::Sensing;
 
-/// Sums of squared normalised residuals on the held-out runs, block by block and signal by signal.
+/// Sums of squared normalised residuals on the held-out runs, block by block and channel by channel.
 #[derive(Debug, Clone)]
 pub struct Score {
-    /// One entry a block of consecutive samples, then one a signal in the order of the recording's signals.
-    blocks: Vec<Vec<(Signal, f64, usize)>>,
-    /// Lag-summed autocorrelation of the residuals, per signal: 1 for white noise, more for structure.
-    inflation: Vec<(Signal, f64)>,
+    /// One entry a block of consecutive samples, then one a channel: the recording's signals in their order, then what
+    /// stands between two position sensors.
+    blocks: Vec<Vec<(Channel, f64, usize)>>,
+    /// Lag-summed autocorrelation of the residuals, per channel: 1 for white noise, more for structure.
+    inflation: Vec<(Channel, f64)>,
+    /// Of two position sensors, the one that tells nothing of the loop that the other and their difference do not tell.
+    second_sensor: Option<Signal>,
+}
+
+/// What residuals are taken of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Channel {
+    /// A logged signal.
+    Signal(Signal),
+    /// What one position sensor reads more than the other.
+    BetweenSensors,
 }
 
 /// Blocks over all held-out runs together; fewer than twenty leave a bootstrap without spread.
@@ -36,34 +48,32 @@ impl Score {
         let total: usize = experiments.iter().map(Experiment::samples).sum();
         let length = total.div_ceil(BLOCKS).max(1);
         let mut blocks = Vec::new();
-        let mut lags: Vec<(Signal, f64, f64)> = Vec::new();
+        let mut lags: Vec<(Channel, f64, f64)> = Vec::new();
         for (experiment, predicted) in experiments.iter().zip(traces) {
-            let mut residuals: Vec<(Signal, Vec<f64>)> = Vec::new();
-            for &signal in experiment.signals() {
-                let residual = floor.normalised(experiment, signal, predicted);
-                let residual: Vec<f64> = residual.into_iter().map(finite).collect();
+            let residuals = channels(experiment, predicted, floor);
+            for (channel, residual) in &residuals {
                 let weight = residual.len() as f64;
-                let inflation = inflation(&residual);
-                match lags.iter_mut().find(|(s, ..)| *s == signal) {
+                let inflation = inflation(residual);
+                match lags.iter_mut().find(|(c, ..)| c == channel) {
                     Some((_, sum, weights)) => {
                         *sum += inflation * weight;
                         *weights += weight;
                     }
-                    None => lags.push((signal, inflation * weight, weight)),
+                    None => lags.push((*channel, inflation * weight, weight)),
                 }
-                residuals.push((signal, residual));
             }
             for from in (0..experiment.samples()).step_by(length) {
                 let to = (from + length).min(experiment.samples());
-                let block = residuals.iter().map(|(signal, r)| {
+                let block = residuals.iter().map(|(channel, r)| {
                     let sum = r[from..to].iter().map(|x| x * x).sum();
-                    (*signal, sum, to - from)
+                    (*channel, sum, to - from)
                 });
                 blocks.push(block.collect());
             }
         }
-        let inflation = lags.into_iter().map(|(signal, sum, weight)| (signal, sum / weight)).collect();
-        Self { blocks, inflation }
+        let inflation = lags.into_iter().map(|(channel, sum, weight)| (channel, sum / weight)).collect();
+        let second_sensor = experiments.iter().find_map(Experiment::second_sensor);
+        Self { blocks, inflation, second_sensor }
     }
 
     /// G² = mean square of all normalised residuals, every signal weighing the same; `weights` count blocks.
@@ -83,21 +93,29 @@ impl Score {
     }
 
     /// Mean square per signal.
-    pub fn levels(&self, weights: Option<&[f64]>) -> Vec<(Signal, f64)> {
-        let mut sums: Vec<(Signal, f64, f64)> = Vec::new();
+    fn levels(&self, weights: Option<&[f64]>) -> Vec<(Signal, f64)> {
+        let signal = |(channel, level)| match channel {
+            Channel::Signal(signal) => Some((signal, level)),
+            Channel::BetweenSensors => None,
+        };
+        self.channel_levels(weights).into_iter().filter_map(signal).collect()
+    }
+
+    fn channel_levels(&self, weights: Option<&[f64]>) -> Vec<(Channel, f64)> {
+        let mut sums: Vec<(Channel, f64, f64)> = Vec::new();
         for (k, block) in self.blocks.iter().enumerate() {
             let weight = weights.map_or(1.0, |w| w[k]);
-            for &(signal, sum, count) in block {
-                match sums.iter_mut().find(|(s, ..)| *s == signal) {
+            for &(channel, sum, count) in block {
+                match sums.iter_mut().find(|(c, ..)| *c == channel) {
                     Some((_, total, counts)) => {
                         *total += weight * sum;
                         *counts += weight * count as f64;
                     }
-                    None => sums.push((signal, weight * sum, weight * count as f64)),
+                    None => sums.push((channel, weight * sum, weight * count as f64)),
                 }
             }
         }
-        sums.into_iter().map(|(signal, sum, count)| (signal, sum / count.max(1e-300))).collect()
+        sums.into_iter().map(|(channel, sum, count)| (channel, sum / count.max(1e-300))).collect()
     }
 
     /// Number of blocks.
@@ -108,14 +126,24 @@ impl Score {
     /// Log-likelihood of each block, up to a constant that all hypotheses share.
     ///
     /// # Model
-    /// Gaussian residuals whose variance per signal is that of the best hypothesis (`reference`), at least the
-    /// floor; each sample counts 1/τ, with τ the lag-summed autocorrelation of that hypothesis' residuals; the
-    /// signals of one control loop are images of the same motion, so their mean counts, not their sum.
+    /// Gaussian residuals whose variance per channel is that of the best hypothesis (`reference`), at least the
+    /// floor; each sample counts 1/τ, with τ the lag-summed autocorrelation of that hypothesis' residuals. The
+    /// signals of one control loop are images of the same motion, so their mean counts, not their sum. What stands
+    /// between two position sensors is no image of that motion: p(x₁, x₂) = p(x₁)·p(x₂ − x₁ | x₁), and it counts beside
+    /// the mean of the others, in the place of the sensor that does not close the position loop.
     pub fn log_likelihoods(&self, reference: &Self) -> Vec<f64> {
-        let deflation = reference.deflations();
-        let score = |block: &Vec<(Signal, f64, usize)>| {
-            let sum: f64 = block.iter().map(|&(signal, sum, _)| sum * deflation(signal)).sum();
-            -0.5 * sum / block.len().max(1) as f64
+        let deflation = reference.channel_deflations();
+        let second = self.second_sensor.map(Channel::Signal);
+        let score = |block: &Vec<(Channel, f64, usize)>| {
+            let (mut mean, mut count, mut between) = (0.0, 0usize, 0.0);
+            for &(channel, sum, _) in block.iter().filter(|(channel, ..)| Some(*channel) != second) {
+                let value = sum * deflation(channel);
+                match channel {
+                    Channel::BetweenSensors => between += value,
+                    Channel::Signal(_) => (mean, count) = (mean + value, count + 1),
+                }
+            }
+            -0.5 * (mean / count.max(1) as f64 + between)
         };
         self.blocks.iter().map(score).collect()
     }
@@ -123,14 +151,28 @@ impl Score {
     /// What one squared normalised residual of a signal counts in the log-likelihood where this is the best
     /// hypothesis: 1/(level·τ).
     pub fn deflations(&self) -> impl Fn(Signal) -> f64 + use<> {
-        let levels = self.levels(None);
+        let deflation = self.channel_deflations();
+        move |signal| deflation(Channel::Signal(signal))
+    }
+
+    fn channel_deflations(&self) -> impl Fn(Channel) -> f64 + use<> {
+        let levels = self.channel_levels(None);
         let inflation = self.inflation.clone();
-        move |signal| {
-            let find = |list: &[(Signal, f64)]| list.iter().find(|(s, _)| *s == signal).map(|x| x.1);
+        move |channel| {
+            let find = |list: &[(Channel, f64)]| list.iter().find(|(c, _)| *c == channel).map(|x| x.1);
             let level = find(&levels).unwrap_or(1.0).max(1.0);
             1.0 / (level * find(&inflation).unwrap_or(1.0))
         }
     }
+}
+
+/// Normalised residuals of a run, channel by channel.
+fn channels(experiment: &Experiment, predicted: &Traces, floor: &Floor) -> Vec<(Channel, Vec<f64>)> {
+    let signals = experiment.signals().iter();
+    let signals = signals.map(|&s| (Channel::Signal(s), floor.normalised(experiment, s, predicted)));
+    let between = floor.between_sensors(experiment, predicted);
+    let all = signals.chain(between.map(|residual| (Channel::BetweenSensors, residual)));
+    all.map(|(channel, residual)| (channel, residual.into_iter().map(finite).collect())).collect()
 }
 
 fn finite(residual: f64) -> f64 {
@@ -209,4 +251,44 @@ pub fn bootstrap(blocks: usize, draws: usize) -> Vec<Vec<f64>> {
             weights
         })
         .collect()
+}
+
+#[cfg(test)]
+impl Score {
+    /// A score whose residuals of one signal have this mean square throughout, each sample worth what it is.
+    pub(super) fn even(mean_square: f64) -> Self {
+        let channel = Channel::Signal(Signal::Position);
+        let block = vec![(channel, 50.0 * mean_square, 50)];
+        Self { blocks: vec![block; BLOCKS], inflation: vec![(channel, 1.0)], second_sensor: None }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One block a channel: effort, position of the motor, position of the load, which closes the loop, and their difference.
+    fn score(sums: [f64; 4]) -> Score {
+        let channels = [
+            Channel::Signal(Signal::ControlEffort),
+            Channel::Signal(Signal::Position),
+            Channel::Signal(Signal::LoadPosition),
+            Channel::BetweenSensors,
+        ];
+        let block = channels.iter().zip(sums).map(|(channel, sum)| (*channel, sum, 100)).collect();
+        let inflation = channels.iter().map(|channel| (*channel, 5.0)).collect();
+        Score { blocks: vec![block], inflation, second_sensor: Some(Signal::Position) }
+    }
+
+    /// ln L = −½·(mean over the loop's signals + what stands between the sensors)/τ, the motor's position in neither; G has
+    /// all signals and no difference.
+    #[test]
+    fn exact_what_stands_between_two_sensors_counts_beside_the_loop() {
+        let best = score([100.0; 4]);
+        let gain = |other: [f64; 4]| best.log_likelihoods(&best)[0] - score(other).log_likelihoods(&best)[0];
+        assert!((gain([300.0, 100.0, 100.0, 100.0]) - 0.5 * 200.0 / 5.0 / 2.0).abs() < 1e-12);
+        assert!((gain([100.0, 300.0, 100.0, 100.0])).abs() < 1e-12);
+        assert!((gain([100.0, 100.0, 100.0, 300.0]) - 0.5 * 200.0 / 5.0).abs() < 1e-12);
+        assert!((score([300.0, 100.0, 200.0, 900.0]).mean_square() - 2.0).abs() < 1e-12);
+    }
 }

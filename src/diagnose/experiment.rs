@@ -53,6 +53,8 @@ pub struct Experiment {
     recorded: Recorded,
     signals: Vec<Signal>,
     mode: Mode,
+    /// Of two position sensors, the one whose zero is its own.
+    second_sensor: Option<Signal>,
     settings: RunSettings,
 }
 
@@ -130,7 +132,8 @@ impl Experiment {
             .filter(|s| run.signal(*s).is_some() && modelled(*s) && compared(s))
             .collect();
         let settings = RunSettings::of(run, machine);
-        Ok(Self { run: run.clone(), recorded, signals, mode, settings })
+        let second_sensor = second_sensor(run, machine).filter(|_| matches!(mode, Mode::ClosedLoop));
+        Ok(Self { run: run.clone(), recorded, signals, mode, second_sensor, settings })
     }
 
     /// The signal that drives the replay; none where it follows the reference in closed loop.
@@ -201,25 +204,22 @@ impl Experiment {
         Ok(match &self.mode {
             Mode::ClosedLoop => {
                 let mut traces = self.recorded.replay(&machine, axis, sensing);
-                self.share_zero(&machine, &mut traces);
+                self.share_zero(&mut traces);
                 traces
             }
             Mode::Windows(windowed) => windowed.replay(&machine, axis, sensing),
         })
     }
 
-    /// The signal whose mean over a run means nothing: of two position sensors, the one that does not close the position
-    /// loop has a zero of its own, and where in its play a drive train stood at the start is not known.
-    pub fn without_zero(&self, machine: &Machine) -> Option<Signal> {
-        let sensor = machine.description().load_sensor.as_ref()?;
-        let both = [Signal::Position, Signal::LoadPosition].iter().all(|s| self.run.signal(*s).is_some());
-        let free = if sensor.closes_position_loop { Signal::Position } else { Signal::LoadPosition };
-        (both && matches!(self.mode, Mode::ClosedLoop)).then_some(free)
+    /// Of two position sensors in a closed loop, the one that does not close the position loop. Its mean over a run means
+    /// nothing: its zero is its own, and where in its play a drive train stood at the start is not known.
+    pub fn second_sensor(&self) -> Option<Signal> {
+        self.second_sensor
     }
 
-    /// Moves the prediction of the signal without a zero to the recorded mean.
-    fn share_zero(&self, machine: &Machine, traces: &mut Traces) {
-        let Some(signal) = self.without_zero(machine) else { return };
+    /// Moves the prediction of the second sensor to the recorded mean.
+    fn share_zero(&self, traces: &mut Traces) {
+        let Some(signal) = self.second_sensor else { return };
         let Some(recorded) = self.run.signal(signal) else { return };
         let predicted = match signal {
             Signal::LoadPosition => &mut traces.load_position,
@@ -229,6 +229,13 @@ impl Experiment {
         let zero = sum / recorded.len() as f64;
         predicted.iter_mut().filter(|_| zero.is_finite()).for_each(|p| *p += zero);
     }
+}
+
+/// Of two position sensors that were both logged, the one that does not close the position loop.
+fn second_sensor(run: &Run, machine: &Machine) -> Option<Signal> {
+    let sensor = machine.description().load_sensor.as_ref()?;
+    let both = [Signal::Position, Signal::LoadPosition].iter().all(|s| run.signal(*s).is_some());
+    both.then_some(if sensor.closes_position_loop { Signal::Position } else { Signal::LoadPosition })
 }
 
 /// Commands, start and mode of a run.

@@ -32,6 +32,8 @@ pub enum Source {
 pub struct Floor {
     levels: BTreeMap<Signal, (f64, Source)>,
     profiles: BTreeMap<Channel, Vec<f64>>,
+    /// σ of what one position sensor reads more than the other, from repeats; without them it is that of both together.
+    between_sensors: Option<f64>,
 }
 
 /// Floors this close in RMS are the same.
@@ -54,7 +56,7 @@ impl Floor {
     /// # Errors
     /// Whatever a replay refuses.
     pub fn estimate(machine: &Machine, experiments: &[&Experiment]) -> Result<Self> {
-        let repeats = repeats(machine, experiments);
+        let repeats = repeats(experiments);
         let dwell = dwell(experiments);
         let declared = Declared::of(machine, experiments)?;
         let mut levels = BTreeMap::new();
@@ -75,7 +77,7 @@ impl Floor {
             levels.insert(signal, level);
         }
         let profiles = declared.profiles(&levels);
-        Ok(Self { levels, profiles })
+        Ok(Self { levels, profiles, between_sensors: repeats_between(experiments) })
     }
 
     /// The floor with what a twin leaves anyway, RMS of each signal in SI, as far as it is more than noise.
@@ -111,6 +113,20 @@ impl Floor {
             None => pairs.map(|(m, p)| (m - p) * scale).collect(),
             Some(profile) => pairs.zip(profile).map(|((m, p), wider)| (m - p) * scale / wider).collect(),
         }
+    }
+
+    /// Residuals of what one position sensor of a run reads more than the other, in units of the noise of both together;
+    /// none where there is one sensor only.
+    pub fn between_sensors(&self, experiment: &Experiment, predicted: &Traces) -> Option<Vec<f64>> {
+        experiment.second_sensor()?;
+        let residual = |signal: Signal| -> Option<Vec<f64>> {
+            let pairs = experiment.run().signal(signal)?.iter().zip(trace(predicted, signal));
+            Some(pairs.map(|(m, p)| m - p).collect())
+        };
+        let (motor, load) = (residual(Signal::Position)?, residual(Signal::LoadPosition)?);
+        let both = self.sigma(Signal::Position).hypot(self.sigma(Signal::LoadPosition));
+        let scale = 1.0 / self.between_sensors.map_or(both, |own| own.min(both));
+        Some(motor.iter().zip(load).map(|(motor, load)| (motor - load) * scale).collect())
     }
 
     /// σ(t) of a signal of a run in units of the signal's level, at least 1; none where it is 1 throughout.
@@ -164,32 +180,55 @@ fn size(experiments: &[&Experiment], signal: Signal) -> f64 {
 
 /// σ from runs with the same command, settings and length: their differences have twice the variance. A signal
 /// whose zero means nothing is compared about its mean.
-fn repeats(machine: &Machine, experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
+fn repeats(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
     let mut sums: BTreeMap<Signal, (f64, usize)> = BTreeMap::new();
-    for (k, a) in experiments.iter().enumerate() {
-        for b in &experiments[k + 1..] {
-            // In windows the measured input tells repeats apart: their difference is no noise.
-            let closed = a.input().is_none() && b.input().is_none();
-            let same = closed
-                && a.recorded().commands() == b.recorded().commands()
-                && a.run().settings == b.run().settings;
-            if !same {
-                continue;
-            }
-            for &signal in a.signals() {
-                let (Some(x), Some(y)) = (a.run().signal(signal), b.run().signal(signal)) else { continue };
-                let sum = sums.entry(signal).or_insert((0.0, 0));
-                let count = x.len() as f64;
-                let mean = match a.without_zero(machine) == Some(signal) {
-                    true => x.iter().zip(y).map(|(x, y)| x - y).sum::<f64>() / count,
-                    false => 0.0,
-                };
-                sum.0 += x.iter().zip(y).map(|(x, y)| (x - y - mean).powi(2)).sum::<f64>();
-                sum.1 += 2 * x.len();
-            }
+    for (a, b) in repeated(experiments) {
+        for &signal in a.signals() {
+            let (Some(x), Some(y)) = (a.run().signal(signal), b.run().signal(signal)) else { continue };
+            let differences: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
+            let sum = sums.entry(signal).or_insert((0.0, 0));
+            sum.0 += squares(&differences, a.second_sensor() == Some(signal));
+            sum.1 += 2 * x.len();
         }
     }
     sums.into_iter().map(|(signal, (sum, count))| (signal, (sum / count as f64).sqrt())).collect()
+}
+
+/// σ of what one position sensor reads more than the other, from repeats: what both sensors follow is not in it.
+fn repeats_between(experiments: &[&Experiment]) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0);
+    for (a, b) in repeated(experiments) {
+        let (Some(x), Some(y)) = (between(a), between(b)) else { continue };
+        let differences: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
+        sum += squares(&differences, true);
+        count += 2 * differences.len();
+    }
+    (sum > 0.0).then(|| (sum / count as f64).sqrt())
+}
+
+/// What one position sensor of a run reads more than the other.
+fn between(experiment: &Experiment) -> Option<Vec<f64>> {
+    experiment.second_sensor()?;
+    let signal = |signal| experiment.run().signal(signal);
+    let (motor, load) = (signal(Signal::Position)?, signal(Signal::LoadPosition)?);
+    Some(motor.iter().zip(load).map(|(motor, load)| motor - load).collect())
+}
+
+/// Sum of squares, of deviations from the mean where that means nothing.
+fn squares(differences: &[f64], about_mean: bool) -> f64 {
+    let mean = if about_mean { differences.iter().sum::<f64>() / differences.len() as f64 } else { 0.0 };
+    differences.iter().map(|difference| (difference - mean).powi(2)).sum()
+}
+
+/// Pairs of runs with the same command, settings and length.
+fn repeated<'a>(experiments: &[&'a Experiment]) -> Vec<(&'a Experiment, &'a Experiment)> {
+    let same = |a: &Experiment, b: &Experiment| {
+        // In windows the measured input tells repeats apart: their difference is no noise.
+        let closed = a.input().is_none() && b.input().is_none();
+        closed && a.recorded().commands() == b.recorded().commands() && a.run().settings == b.run().settings
+    };
+    let from = |k: usize| experiments[k + 1..].iter().map(move |b| (experiments[k], *b));
+    (0..experiments.len()).flat_map(from).filter(|(a, b)| same(a, b)).collect()
 }
 
 /// Scatter at standstill is taken over windows of this length, in s.
@@ -352,6 +391,7 @@ mod tests {
         let floor = Floor {
             levels: BTreeMap::from([(Signal::Position, (3.0, Source::Declared))]),
             profiles: BTreeMap::from([(channel.clone(), vec![1.0, 1.0, 2.0, 2.0])]),
+            between_sensors: None,
         };
         // The mean of the variances is 22.5.
         let same = floor.clone().beside(&BTreeMap::from([(Signal::Position, 4.7), (Signal::Velocity, 1.0)]));
@@ -363,5 +403,14 @@ mod tests {
             assert!((sigma - (own + 41.5).sqrt()).abs() < 1e-12);
         }
         assert_eq!((raised.profiles[&channel][0], raised.source(Signal::Position)), (1.0, Source::Reference));
+    }
+
+    /// Between two coarse steps a replay and one with noise read alike most of the time; the floor there is their mean
+    /// square difference, and where they differ more it stays.
+    #[test]
+    fn exact_coarse_steps_leave_the_mean_difference_at_all_times() {
+        let mut squares = vec![0.0, 0.0, 0.0, 16.0];
+        spread(&mut squares);
+        assert_eq!(squares, [4.0, 4.0, 4.0, 16.0]);
     }
 }
