@@ -3,7 +3,7 @@
 use super::evidence::{Closed, Score, closed};
 use super::experiment::{Experiment, trace};
 use super::fit::Fit;
-use super::found::{ADEQUATE_GAP, Candidate, Found, price};
+use super::found::{ADEQUATE_GAP, Candidate, DECIDED, Found, price};
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
 use super::verdict::{
@@ -18,8 +18,6 @@ use std::collections::BTreeMap;
 
 /// Explanations closer than this in log-likelihood predict equally well (a factor of 20 in likelihood).
 pub const INDISTINCT: f64 = 3.0;
-/// Below this share among its rivals the chosen explanation is not decided.
-const DECIDED: f64 = 0.7;
 /// An explanation that is not adequate still stands where it leaves no more than this gap and closes
 /// [`LARGELY_CLOSED`], …
 const SMALL_GAP: f64 = 3.0;

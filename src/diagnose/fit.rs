@@ -1,9 +1,10 @@
 //! Bounded least squares of a hypothesis on training runs.
 
 use super::experiment::Experiment;
-use super::hypothesis::{Free, Freedom, Hypothesis};
+use super::hypothesis::{EffectSet, Free, Freedom, Hypothesis};
 use super::noise::Floor;
 use super::objective::Objective;
+use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::{DMatrix, DVector};
@@ -17,6 +18,10 @@ pub struct Fit {
     pub values: Vec<f64>,
     /// Standard errors of the values, robust to autocorrelated and uneven residuals.
     pub standard_errors: Vec<f64>,
+    /// Effects that show: a parameter's 95 % interval leaves out the twin's own value, or the 95 % region of all of them does.
+    /// The phase of what repeats far from the zero of position hangs on its period: sine and cosine by themselves are
+    /// uncertain then, and both together are not.
+    pub shown: EffectSet,
 }
 
 /// A tolerance is so many standard deviations of what a stated constant is usually off by.
@@ -305,7 +310,35 @@ fn finish(objective: &Objective, values: Vec<f64>, care: Care) -> Result<Fit> {
     let covariance = &inverse * (scatter + DMatrix::from_diagonal(&weight)) * &inverse;
     let free = &objective.hypothesis.free;
     let standard_errors = (0..count).map(|k| covariance[(k, k)].max(0.0).sqrt() * free[k].scale).collect();
-    Ok(Fit { hypothesis: objective.hypothesis.clone(), values, standard_errors })
+    let effects = objective.hypothesis.effects.iter().copied();
+    let shown = effects.filter(|&effect| shows(effect, free, &values, &covariance)).collect();
+    Ok(Fit { hypothesis: objective.hypothesis.clone(), values, standard_errors, shown })
+}
+
+/// 95 % quantiles of χ² with one to four degrees of freedom.
+const CHI_SQUARED_95: [f64; 4] = [3.841, 5.991, 7.815, 9.488];
+
+/// Whether an effect's numbers leave the twin's own beyond chance, one of them or all together (Wald's test); `covariance` is in
+/// units of their scales.
+fn shows(effect: EffectId, free: &[Free], values: &[f64], covariance: &DMatrix<f64>) -> bool {
+    let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause;
+    let mut numbers: Vec<usize> = (0..free.len()).filter(own).collect();
+    // A number that only starts set has no interval: it tells where there is no other.
+    if numbers.iter().any(|&k| !free[k].held) {
+        numbers.retain(|&k| !free[k].held);
+    }
+    // Some have no neutral value: a period by itself changes nothing.
+    numbers.retain(|&k| !free[k].neutral.is_nan());
+    let away = |k: usize| (values[k] - free[k].neutral) / free[k].scale;
+    let beyond = |k: &usize| away(*k).powi(2) > CHI_SQUARED_95[0] * covariance[(*k, *k)].max(0.0);
+    let count = numbers.len();
+    if numbers.iter().any(beyond) || count < 2 {
+        return numbers.iter().any(beyond);
+    }
+    let part = DMatrix::from_fn(count, count, |i, j| covariance[(numbers[i], numbers[j])]);
+    let deviation = DVector::from_fn(count, |i, _| away(numbers[i]));
+    let limit = CHI_SQUARED_95[(count - 1).min(CHI_SQUARED_95.len() - 1)];
+    part.cholesky().is_some_and(|factor| deviation.dot(&factor.solve(&deviation)) > limit)
 }
 
 /// Rows of each block: the same stretch of time in every signal of a run.
@@ -324,4 +357,47 @@ fn blocks(objective: &Objective) -> Vec<Vec<std::ops::Range<usize>>> {
         offset += samples * signals;
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn number(name: &'static str, neutral: f64, held: bool) -> Free {
+        let (effect, freedom) = (EffectId::Cogging, Freedom::Cause);
+        let path = format!("effect.cogging.{name}");
+        Free { effect, name, unit: "N", path, freedom, neutral, range: (-9.0, 9.0), scale: 1.0, held }
+    }
+
+    /// Sine and cosine of a wave whose phase is unknown: neither is certain, the amplitude is. Two numbers that are uncertain
+    /// by themselves and together do not show.
+    #[test]
+    fn exact_a_wave_shows_whose_phase_is_uncertain() {
+        let free = [
+            number("period_m", f64::NAN, false),
+            number("sine_n", 0.0, false),
+            number("cosine_n", 0.0, false),
+        ];
+        let shown = |values: [f64; 3], covariance: [f64; 9]| {
+            shows(EffectId::Cogging, &free, &values, &DMatrix::from_row_slice(3, 3, &covariance))
+        };
+        // A tangent step from (3, 4) is free, a radial one known to 0.1: variances 16·0.64 and 16·0.36 across the radius.
+        let turned = [1e-12, 0.0, 0.0, 0.0, 10.24, -7.68, 0.0, -7.68, 5.77];
+        assert!(shown([0.01, 3.0, 4.0], turned));
+        let vague = [1e-12, 0.0, 0.0, 0.0, 10.24, 0.0, 0.0, 0.0, 5.77];
+        assert!(!shown([0.01, 3.0, 4.0], vague));
+        assert!(shown([0.01, 3.0, 4.0], [1e-12, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 5.77]));
+    }
+
+    /// A limit that is not stated is infinitely far away; a number that only starts set says nothing beside others.
+    #[test]
+    fn exact_an_unstated_limit_shows_and_a_held_number_does_not() {
+        let certain = DMatrix::from_diagonal_element(1, 1, 0.0);
+        let limit = [number("limit_v", f64::INFINITY, false)];
+        assert!(shows(EffectId::Cogging, &limit, &[3.0], &certain));
+        let held = [number("sine_n", 0.0, false), number("mode", 0.0, true)];
+        let vague = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0]));
+        assert!(!shows(EffectId::Cogging, &held, &[3.0, 1.0], &vague));
+        assert!(shows(EffectId::Cogging, &held[1..], &[1.0], &DMatrix::from_element(1, 1, 0.0)));
+    }
 }

@@ -50,6 +50,8 @@ pub const PRICE_PER_EFFECT: f64 = 4.605;
 /// An improvement must pay its price in this share of bootstrap draws over blocks of the held-out runs: it must
 /// not rest on one or two moments.
 const CERTAIN: f64 = 0.95;
+/// Below this share among its rivals an explanation is not decided.
+pub const DECIDED: f64 = 0.7;
 /// Below this gap an explanation is adequate: nothing is left that noise would not leave.
 pub const ADEQUATE_GAP: f64 = 1.25;
 /// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
@@ -115,6 +117,22 @@ impl Found {
             && self.worth_naming(index, self.chosen, before)
     }
 
+    /// The explanation that has the chosen effects and more, where it is the decided one among all: what it adds pays its price
+    /// in most draws, if not in as many as a step of the search asks for.
+    pub(super) fn decided(&self, before: &Score) -> Option<usize> {
+        let fuller = |k: &usize| {
+            let set = self.candidates[*k].effects();
+            set != self.effects() && set.is_superset(self.effects())
+        };
+        let most =
+            (0..self.candidates.len()).max_by(|&a, &b| self.posterior[a].total_cmp(&self.posterior[b]))?;
+        let sound = self.candidates[most].thorough
+            && self.is_resolved(most)
+            && self.worth_naming(most, self.chosen, before);
+        (!self.effects().is_empty() && fuller(&most) && sound && self.posterior[most] >= DECIDED)
+            .then_some(most)
+    }
+
     /// Whether the chosen explanation leaves so much open that closing it would be worth naming.
     pub(super) fn has_material_left(&self, before: &Score) -> bool {
         let left = self.candidates[self.chosen].score.mean_square();
@@ -135,24 +153,14 @@ impl Found {
         self.candidates[index].effects().iter().filter(|e| **e != law).chain(general).copied().collect()
     }
 
-    /// Whether every effect of a candidate has a parameter whose 95 % interval leaves out the twin's own value, and no
-    /// number that went to the end of where a fit may look.
+    /// Whether every effect of a candidate shows (see [`Fit::shown`]), and no number went to the end of where a fit may look.
     pub(super) fn is_resolved(&self, index: usize) -> bool {
         self.shows(index) && !self.runs_off(index)
     }
 
-    /// Whether every effect of a candidate has a parameter whose 95 % interval leaves out the twin's own value.
     fn shows(&self, index: usize) -> bool {
         let fit = &self.candidates[index].fit;
-        let resolved = |effect: &EffectId| {
-            fit.hypothesis.free.iter().enumerate().any(|(k, free)| {
-                let away = (fit.values[k] - free.neutral).abs();
-                free.effect == *effect
-                    && free.freedom == Freedom::Cause
-                    && away > 1.96 * fit.standard_errors[k]
-            })
-        };
-        fit.hypothesis.effects.iter().all(resolved)
+        fit.hypothesis.effects.is_subset(&fit.shown)
     }
 
     /// Whether a number went to the end of where a fit may look: that is no finding (none at all is: zero), but what is
@@ -272,4 +280,87 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
         }
     }
     sum.into_iter().map(|s| s / DRAWS as f64).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::hypothesis::{Free, Hypothesis};
+
+    const COULOMB: EffectId = EffectId::CoulombFriction;
+    const BACKLASH: EffectId = EffectId::Backlash;
+
+    /// An explanation with one number per effect, in −10 to 10, that leaves this mean square; all of them show.
+    fn candidate(effects: &[EffectId], value: f64, mean_square: f64) -> Candidate {
+        let effects: EffectSet = effects.iter().copied().collect();
+        let number = |effect: &EffectId| Free {
+            effect: *effect,
+            name: "n",
+            unit: "N",
+            path: format!("effect.{}.n", effect.name()),
+            freedom: Freedom::Cause,
+            neutral: 0.0,
+            range: (-10.0, 10.0),
+            scale: 1.0,
+            held: false,
+        };
+        let free: Vec<Free> = effects.iter().map(number).collect();
+        let fit = Fit {
+            values: vec![value; free.len()],
+            standard_errors: vec![0.1; free.len()],
+            shown: effects.clone(),
+            hypothesis: Hypothesis { effects, free, starts: vec![] },
+        };
+        Candidate { fit, score: Score::even(mean_square), thorough: true }
+    }
+
+    fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {
+        let catalogue = EffectId::ALL.to_vec();
+        Found { candidates, chosen, posterior: vec![], catalogue, bases: BTreeMap::new() }
+    }
+
+    /// Beside a gap of 100, what closes half of the rest is named, what closes 0.3 % of all is named, and less is not.
+    #[test]
+    fn exact_what_closes_half_of_the_rest_is_worth_naming() {
+        let before = Score::even(1e4);
+        let worth = |rest: f64, left: f64| {
+            let pair = candidate(&[COULOMB, BACKLASH], 1.0, left);
+            let all = vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], 1.0, rest), pair];
+            found(all, 1).may_follow(2, &before)
+        };
+        assert!(worth(11.0, 5.9) && !worth(11.0, 6.1));
+        assert!(worth(101.0, 70.9) && !worth(101.0, 71.1));
+    }
+
+    /// A number at the end of its range is no finding, but its effect may lead on where it explains most of what is open.
+    #[test]
+    fn exact_a_number_that_runs_off_leads_on_and_is_no_finding() {
+        let before = Score::even(1e4);
+        let step = |value: f64, left: f64| {
+            let found = found(vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], value, left)], 0);
+            [found.may_follow(1, &before), found.may_lead_on(1, &before)]
+        };
+        assert_eq!(step(1.0, 100.0), [true, true]);
+        assert_eq!(step(10.0, 100.0), [false, true]);
+        assert_eq!(step(10.0, 6000.0), [false, false]);
+        assert_eq!(step(-10.0, 100.0), [false, true]);
+    }
+
+    /// The fuller explanation is taken where it has most of the probability, is worth naming, and has all that was chosen.
+    #[test]
+    fn exact_the_decided_explanation_is_taken() {
+        let before = Score::even(1e4);
+        let decided = |fuller: Candidate, share: f64| {
+            let all = vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], 1.0, 100.0), fuller];
+            let mut found = found(all, 1);
+            found.posterior = vec![0.0, 1.0 - share, share];
+            found.decided(&before)
+        };
+        let pair = |value: f64, left: f64| candidate(&[COULOMB, BACKLASH], value, left);
+        assert_eq!(decided(pair(1.0, 40.0), 0.8), Some(2));
+        assert_eq!(decided(pair(1.0, 40.0), 0.6), None);
+        assert_eq!(decided(pair(1.0, 99.0), 0.8), None);
+        assert_eq!(decided(pair(10.0, 40.0), 0.8), None);
+        assert_eq!(decided(candidate(&[BACKLASH], 1.0, 40.0), 0.8), None);
+    }
 }

@@ -78,6 +78,10 @@ impl Search<'_> {
             settled = Some(found.chosen);
         }
         found.posterior = posterior(&found, before);
+        while let Some(fuller) = found.decided(before) {
+            found.chosen = fuller;
+            found.posterior = posterior(&found, before);
+        }
         Ok(found)
     }
 
