@@ -1,6 +1,7 @@
 //! A base mode off its stated value.
 
 use super::law::not_positive;
+use super::resonance::resonances;
 use super::{Constants, Law, Parameter, Screen, Site};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
@@ -66,11 +67,17 @@ impl Law for BaseModeShift {
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let count = screen.constants.as_ref().map_or(0, |c| c.modes.len());
-        let each = |j: usize| {
-            [0.3, 0.45, 0.6, 0.85, 0.97, 1.15, 1.6, 2.5].map(|factor| vec![(j + 1) as f64, factor, 1.0])
-        };
-        (0..count).flat_map(each).collect()
+        let modes = screen.constants.as_ref().map_or(&[][..], |c| c.modes.as_slice());
+        let numbered = || (1..).map(f64::from).zip(modes);
+        // Where the missing force rings, a mode may have come to stand; else a coarse grid.
+        let seen = resonances(screen, 1);
+        let rings = seen.iter().flat_map(|resonance| {
+            numbered().map(|(number, mode)| vec![number, resonance.frequency_hz / mode.frequency_hz(), 1.0])
+        });
+        let grid = numbered().flat_map(|(number, _)| {
+            [0.3, 0.45, 0.6, 0.85, 0.97, 1.15, 1.6, 2.5].map(|factor| vec![number, factor, 1.0])
+        });
+        rings.chain(grid).collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {

@@ -55,8 +55,11 @@ impl Law for Presliding {
         let own = screen.constants.as_ref().map_or(0.0, |c| c.coulomb);
         let found = screen.four_coefficients().map_or(0.05 * screen.largest_force, |[_, _, sign, _]| -sign);
         let force = (own + found).clamp(1e-4 * screen.largest_force, screen.largest_force);
-        // Deflections from a thousandth to a fifth of a motion.
-        [1e-3, 5e-3, 0.03, 0.2].iter().map(|share| vec![force, force / (share * screen.travel())]).collect()
+        // Deflections from those of a stiff bearing, tenths of a micrometre in a decimetre, to a fifth of a motion.
+        [3e-6, 3e-5, 2e-4, 1e-3, 5e-3, 0.03, 0.2]
+            .iter()
+            .map(|share| vec![force, force / (share * screen.travel())])
+            .collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {

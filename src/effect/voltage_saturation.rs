@@ -40,9 +40,9 @@ impl Law for VoltageSaturation {
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        // The gradient is zero above the largest voltage: start below it, at several depths. The effort that is logged may wind up
-        // far beyond the limit.
-        [0.9, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07]
+        // The gradient is zero above the largest voltage: start below it, at several depths. Only the tips of a few peaks may be
+        // clipped; or the effort that is logged winds up far beyond the limit.
+        [0.995, 0.98, 0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07]
             .iter()
             .map(|share| vec![share * screen.largest_voltage()])
             .collect()
