@@ -1,15 +1,18 @@
 //! Checks of the data: each fault put into a recording is found and told, and clean recordings raise no warning.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stderr)]
 
+mod strokes;
+
 use slideway::diagnose::check::{Check, Finding, Severity, check};
 use slideway::diagnose::experiment::Experiment;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
+use slideway::replay::{PlantChoice, simulate};
 use slideway::twin::Sensing;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use strokes::Strokes;
 
 const GRINDER: &str = "models/grinder";
 const EMPS: &str = "models/emps";
@@ -28,24 +31,7 @@ const CELLS: [(f64, f64, Role); 3] =
 
 /// Runs of a machine with noise as stated; `legs` are shares of each stroke, one after the other.
 fn runs_of(real: &Machine, cells: &[(f64, f64, Role)], legs: &[f64]) -> Vec<Run> {
-    cells
-        .iter()
-        .map(|&(stroke, feed, role)| {
-            let whole = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-            let strokes = legs.iter().map(|share| Stroke { stroke: share * whole.stroke, ..whole }).collect();
-            let motion = Motion { strokes, lead_s: 0.1, dwell_s: 0.3, ramp_s: 0.02 };
-            let mut reference = motion.reference(real.description().sample_period_s);
-            if legs.is_empty() {
-                reference.resize(2000, 0.0);
-            }
-            let name = format!("stroke{:.0}_feed{feed:.0}", stroke * 1e3);
-            let sensing = Sensing::AsStated { seed: run_seed(7, &name) };
-            let traces = simulate(real, PlantChoice::Axis, sensing, &reference, |_| ()).unwrap();
-            let mut run = recorded(&name, real, &reference, traces).unwrap();
-            run.role = Some(role);
-            run
-        })
-        .collect()
+    Strokes { legs, ..Strokes::both_ways(real, real, 7) }.recording(cells).runs().to_vec()
 }
 
 fn clean() -> Vec<Run> {

@@ -1,15 +1,15 @@
 //! Two recordings of one machine with known truth: what changed between them is named, and nothing else.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+mod strokes;
+
 use slideway::diagnose::{Diagnosis, Options, Verdict, compare};
 use slideway::effect::EffectId;
 use slideway::error::ErrorKind;
 use slideway::machine::Machine;
-use slideway::recording::{Recording, Role, Run};
-use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
-use slideway::twin::Sensing;
+use slideway::recording::{Recording, Role};
 use std::path::Path;
+use strokes::Strokes;
 
 const COULOMB: &str = "effect.coulomb_friction.force_n";
 /// Enough to go wrong with: friction, mass, delay and their rivals.
@@ -34,22 +34,7 @@ fn recording(hidden: &[(&str, f64)], seed: u64) -> Recording {
     let stated = machine();
     let real =
         stated.with_settings(hidden.iter().map(|(key, value)| (*key, toml::Value::Float(*value)))).unwrap();
-    let runs: Vec<Run> = cells
-        .iter()
-        .map(|&(stroke, feed, role)| {
-            let there = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-            let back = Stroke { stroke: -there.stroke, ..there };
-            let motion = Motion { strokes: vec![there, back], lead_s: 0.1, dwell_s: 0.3, ramp_s: 0.02 };
-            let reference = motion.reference(stated.description().sample_period_s);
-            let name = format!("stroke{:.0}_feed{feed:.0}", there.stroke * 1e3);
-            let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
-            let traces = simulate(&real, PlantChoice::Axis, sensing, &reference, |_| ()).unwrap();
-            let mut run = recorded(&name, &stated, &reference, traces).unwrap();
-            run.role = Some(role);
-            run
-        })
-        .collect();
-    Recording::new(runs).unwrap()
+    Strokes::both_ways(&stated, &real, seed).recording(&cells)
 }
 
 fn comparison(before: &[(&str, f64)], after: &[(&str, f64)], seed: u64) -> Diagnosis {

@@ -2,16 +2,17 @@
 //! published.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+mod strokes;
+
 use slideway::diagnose::verdict::Parameter;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::error::ErrorKind;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};
-use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
-use slideway::twin::Sensing;
+use slideway::replay::PlantChoice;
 use std::path::Path;
+use strokes::Strokes;
 
 const GRINDER: &str = "models/grinder";
 
@@ -38,25 +39,13 @@ fn float(value: f64) -> toml::Value {
 fn recording_of(hidden: &[(&str, f64)], seed: u64, legs: &[f64]) -> Recording {
     let stated = machine(GRINDER);
     let real = stated.with_settings(hidden.iter().map(|(key, value)| (*key, float(*value)))).unwrap();
-    let runs: Vec<Run> = CELLS
-        .iter()
-        .map(|&(stroke, feed, role)| {
-            let whole = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-            let strokes = legs.iter().map(|share| Stroke { stroke: share * whole.stroke, ..whole }).collect();
-            let motion = Motion { strokes, lead_s: 0.1, dwell_s: 0.4, ramp_s: 0.02 };
-            let mut reference = motion.reference(real.description().sample_period_s);
-            if legs.is_empty() {
-                reference.resize(2000, 0.0);
-            }
-            let name = format!("stroke{:.0}_feed{feed:.0}", whole.stroke * 1e3);
-            let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
-            let traces = simulate(&real, PlantChoice::Rapier, sensing, &reference, |_| ()).unwrap();
-            let mut run = recorded(&name, &stated, &reference, traces).unwrap();
-            run.role = Some(role);
-            run
-        })
-        .collect();
-    Recording::new(runs).unwrap()
+    let strokes = Strokes {
+        plant: PlantChoice::Rapier,
+        legs,
+        dwell_s: 0.4,
+        ..Strokes::both_ways(&stated, &real, seed)
+    };
+    strokes.recording(&CELLS)
 }
 
 /// Strokes there and back.

@@ -1,14 +1,14 @@
 //! Every effect of the catalogue: hidden, it is named with its size; where the data do not excite it, it is not named.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+mod strokes;
+
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
-use slideway::recording::{Recording, Role, Run};
-use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
-use slideway::twin::Sensing;
+use slideway::recording::{Recording, Role};
 use std::path::Path;
+use strokes::Strokes;
 
 fn machine() -> Machine {
     Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap()
@@ -32,22 +32,7 @@ fn recording(hidden: &str, seed: u64) -> Recording {
         .map(|(key, value)| (key, toml::Value::Float(value.parse().unwrap())))
         .collect();
     let real = stated.with_settings(settings).unwrap();
-    let runs: Vec<Run> = CELLS
-        .iter()
-        .map(|&(stroke, feed, role)| {
-            let there = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-            let back = Stroke { stroke: -there.stroke, ..there };
-            let motion = Motion { strokes: vec![there, back], lead_s: 0.1, dwell_s: 0.3, ramp_s: 0.02 };
-            let reference = motion.reference(stated.description().sample_period_s);
-            let name = format!("stroke{:.0}_feed{feed:.0}", there.stroke * 1e3);
-            let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
-            let traces = simulate(&real, PlantChoice::Axis, sensing, &reference, |_| ()).unwrap();
-            let mut run = recorded(&name, &stated, &reference, traces).unwrap();
-            run.role = Some(role);
-            run
-        })
-        .collect();
-    Recording::new(runs).unwrap()
+    Strokes::both_ways(&stated, &real, seed).recording(&CELLS)
 }
 
 /// A hidden effect, the parameter by which its size is checked, and the fraction within which it must be found.

@@ -1,6 +1,8 @@
 //! Diagnoses of recordings that lack signals: hidden effects are still named, and what cannot be told is said.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+mod strokes;
+
 use slideway::diagnose::evidence::Score;
 use slideway::diagnose::experiment::Experiment;
 use slideway::diagnose::noise::Floor;
@@ -12,9 +14,10 @@ use slideway::plant::Plant as _;
 use slideway::plant::axis::Axis;
 use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
+use slideway::replay::{Motion, PlantChoice, Stroke, simulate};
 use slideway::twin::{Command, Sensing, Twin};
 use std::path::{Path, PathBuf};
+use strokes::Strokes;
 
 const GRINDER: &str = "models/grinder";
 
@@ -127,19 +130,7 @@ fn two_sensors(text: &str) -> String {
 fn recording(stated: &Machine, hidden: &[(&str, f64)], seed: u64) -> Recording {
     let settings = hidden.iter().map(|(key, value)| (*key, toml::Value::Float(*value)));
     let real = stated.with_settings(settings).unwrap();
-    let run = |&(stroke, feed, role): &(f64, f64, Role)| {
-        let there = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-        let strokes = vec![there, Stroke { stroke: -there.stroke, ..there }];
-        let motion = Motion { strokes, lead_s: 0.1, dwell_s: 0.4, ramp_s: 0.02 };
-        let reference = motion.reference(real.description().sample_period_s);
-        let name = format!("stroke{:.0}_feed{feed:.0}", stroke * 1e3);
-        let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
-        let traces = simulate(&real, PlantChoice::Axis, sensing, &reference, |_| ()).unwrap();
-        let mut run = recorded(&name, stated, &reference, traces).unwrap();
-        run.role = Some(role);
-        run
-    };
-    Recording::new(CELLS.iter().map(run).collect()).unwrap()
+    Strokes { dwell_s: 0.4, ..Strokes::both_ways(stated, &real, seed) }.recording(&CELLS)
 }
 
 /// The recording with only these signals.
@@ -409,6 +400,36 @@ fn exact_a_restart_in_its_own_state_changes_nothing() {
             assert!((a.velocity - b.velocity).abs() < 1e-8, "{k}: {a:?} {b:?}");
         }
     }
+}
+
+/// Noise is seen where the axis stands still and where a stroke is repeated; of a single stroke that begins and ends in motion
+/// it is only stated.
+#[test]
+fn exact_noise_is_measured_at_standstill_and_in_repeats() {
+    let machine = machine(GRINDER);
+    let is_measured = |runs: &[Run]| {
+        let all: Vec<Experiment> = runs.iter().map(|run| Experiment::new(run, &machine).unwrap()).collect();
+        Floor::estimate(&machine, &all.iter().collect::<Vec<_>>()).unwrap().is_measured()
+    };
+    let strokes = |seed: u64| Strokes { dwell_s: 0.0, ..Strokes::both_ways(&machine, &machine, seed) };
+    let standing = Strokes::both_ways(&machine, &machine, 1).recording(&CELLS[..1]);
+    assert!(is_measured(standing.runs()));
+    let moving: Vec<Run> = [1, 2]
+        .iter()
+        .flat_map(|seed| strokes(*seed).recording(&CELLS[..1]).runs().to_vec())
+        .map(in_motion)
+        .collect();
+    assert!(!is_measured(&moving[..1]));
+    assert!(is_measured(&moving));
+}
+
+/// A run without what comes before its reference starts and after it stops.
+fn in_motion(run: Run) -> Run {
+    let reference = run.signal(PositionReference).unwrap();
+    let moves: Vec<usize> = (1..run.len()).filter(|&k| reference[k] != reference[k - 1]).collect();
+    let (from, to) = (moves[0] - 1, moves[moves.len() - 1]);
+    let cut = run.signals().iter().map(|(signal, samples)| (*signal, samples[from..to].to_vec())).collect();
+    Run::new(run.name(), run.motion(), run.sample_period_s(), cut).unwrap()
 }
 
 /// Replays of the machine that made the recording leave what noise leaves, whatever drives them: 1 in units of the floor.

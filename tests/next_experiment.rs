@@ -1,6 +1,8 @@
 //! The next experiment: what these data leave open, the proposed motion or signal settles.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+mod strokes;
+
 use slideway::diagnose::experiment::Experiment;
 use slideway::diagnose::hypothesis::{EffectSet, Hypothesis};
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
@@ -12,10 +14,11 @@ use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
+use slideway::replay::{PlantChoice, run_seed, simulate};
 use slideway::twin::Sensing;
 use std::collections::BTreeMap;
 use std::path::Path;
+use strokes::Strokes;
 
 const PAYLOAD: &str = "effect.payload.mass_kg";
 /// Stroke (m), feed (m/min) and role of each run.
@@ -25,6 +28,8 @@ const CELLS: [(f64, f64, Role); 4] = [
     (0.02, 8.0, Role::HeldOut),
     (0.03, 16.0, Role::HeldOut),
 ];
+/// Seed of the noise.
+const SEED: u64 = 7;
 /// Delay that the twin and the machine with a mode have.
 const DELAY_S: f64 = 500e-6;
 /// A parameter of an effect that is named is found within this share.
@@ -47,7 +52,7 @@ fn record(
     known: &[(&str, f64)],
     role: Role,
 ) -> Run {
-    let sensing = Sensing::AsStated { seed: run_seed(7, name) };
+    let sensing = Sensing::AsStated { seed: run_seed(SEED, name) };
     let traces = simulate(&with(real, known), PlantChoice::Axis, sensing, reference, |_| ()).unwrap();
     let mut run = recorded(name, stated, reference, traces).unwrap();
     run.role = Some(role);
@@ -56,16 +61,7 @@ fn record(
 }
 
 fn runs(stated: &Machine, real: &Machine) -> Vec<Run> {
-    CELLS
-        .iter()
-        .map(|&(stroke, feed, role)| {
-            let there = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-            let back = Stroke { stroke: -there.stroke, ..there };
-            let motion = Motion { strokes: vec![there, back], lead_s: 0.1, dwell_s: 0.3, ramp_s: 0.02 };
-            let reference = motion.reference(stated.description().sample_period_s);
-            record(stated, real, &format!("stroke{:.0}_feed{feed:.0}", stroke * 1e3), &reference, &[], role)
-        })
-        .collect()
+    Strokes::both_ways(stated, real, SEED).recording(&CELLS).runs().to_vec()
 }
 
 /// The runs that a plan asks for.

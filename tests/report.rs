@@ -448,6 +448,23 @@ fn exact_unknown_says_how_much_and_where() {
     holds(&sliding(&d), &["explains (Coulomb friction closes 13 % of 41.2 × noise); it is largest"]);
 }
 
+/// Where the causes close most of the gap, they are said first, what is left after them, and they can be put into the twin.
+#[test]
+fn exact_cause_found_in_part_says_both() {
+    let mut d = diagnosis();
+    d.verdict = Verdict::Unknown;
+    (d.gap.after, d.gap.closed) = (5.6, 0.98);
+    holds(
+        &sliding(&d),
+        &[
+            "CAUSE FOUND IN PART Coulomb friction on the guide, 15.0 ± 0.3 N, causes 94 % of the gap; with it the position error",
+            "A gap of 5.60 × noise remains that no effect of the catalogue explains; it is largest in phase “reverse” (41 %)",
+            "Give the twin what it lacks, in machine.toml, and look at the machine where the rest is largest:",
+            "[effect.coulomb_friction]",
+        ],
+    );
+}
+
 #[test]
 fn exact_what_is_not_finite_is_a_dash() {
     let mut d = diagnosis();

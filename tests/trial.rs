@@ -277,6 +277,7 @@ fn exact_every_effect_can_be_forged() {
         let planned = Planned {
             tier: Tier::Single,
             effects: vec![effect],
+            spare: Vec::new(),
             missing: Vec::new(),
             purpose: format!("test {}", effect.name()),
         };
@@ -309,7 +310,11 @@ fn exact_plan_is_even_and_pairs_are_possible() {
     for pair in of(Tier::Pair) {
         let [a, b] = pair.effects[..] else { panic!("{pair:?}") };
         assert!(a != b && !a.excludes(b) && !equal(a, b), "{pair:?}");
+        assert!(pair.spare.len() == 3, "{pair:?}");
+        // What a case falls back on is no other case's turn.
+        assert!(of(Tier::Pair).all(|other| !pair.spare.contains(&other.effects)), "{pair:?}");
     }
+    assert!(of(Tier::Single).all(|p| p.spare.is_empty()));
     assert!(of(Tier::Missing).all(|p| p.missing.len() == 1));
     let signals: Vec<Signal> = of(Tier::Missing).map(|p| p.missing[0]).collect();
     assert!([Signal::Current, Signal::ControlEffort, Signal::Velocity].iter().all(|s| signals.contains(s)));
@@ -334,6 +339,40 @@ fn exact_equals_and_what_holds_them_are_struck() {
         assert!(struck.contains(&effect), "{struck:?}");
     }
     assert!(!struck.contains(&EffectId::ViscousFriction));
+}
+
+/// f·Kt·i = m·a + c·v is Kt·i = (m/f)·a + (c/f)·v: unless a force is logged, a payload is what a force constant would be.
+#[test]
+fn exact_payload_is_struck_with_the_force_constant() {
+    let machine = machine();
+    let signals = logged(&machine);
+    let with_force = [signals.clone(), vec![Signal::Thrust]].concat();
+    for effect in [EffectId::ForceConstant, EffectId::EncoderScale, EffectId::Payload] {
+        let gone = struck(effect, &machine, &signals);
+        assert_eq!(gone, [EffectId::ForceConstant, EffectId::Payload, EffectId::EncoderScale], "{gone:?}");
+        assert_eq!(struck(effect, &machine, &with_force), [effect]);
+    }
+}
+
+/// Where two effects cannot be forged together, the case hides another pair, so that a tier keeps its number.
+#[test]
+fn exact_pair_that_cannot_be_forged_gives_way_to_a_spare() {
+    let (machine, seed) = (machine(), Seed::new(12).unwrap());
+    let logged = logged(&machine);
+    let (payload, backlash) = (EffectId::Payload, EffectId::Backlash);
+    let planned = |spare: Vec<Vec<EffectId>>| Planned {
+        tier: Tier::Pair,
+        // Both hold the same friction: a machine has one of them.
+        effects: vec![EffectId::StribeckFriction, EffectId::Presliding],
+        spare,
+        missing: Vec::new(),
+        purpose: "test pair".to_owned(),
+    };
+    let drawn = |planned: &Planned| draw::case(seed, &machine, &logged, planned).unwrap();
+    assert!(matches!(drawn(&planned(Vec::new())), Outcome::Skipped(..)));
+    let Outcome::Drawn(case) = drawn(&planned(vec![vec![payload, backlash]])) else { panic!("skipped") };
+    let hidden: Vec<EffectId> = case.effects.iter().map(|h| h.effect).collect();
+    assert_eq!(hidden, [payload, backlash]);
 }
 
 const OTHERWISE: Otherwise =

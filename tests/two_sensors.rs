@@ -1,15 +1,16 @@
 //! Two position sensors, at the motor and at the load: what stands between them.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+mod strokes;
+
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
-use slideway::recording::{Recording, Role, Run};
-use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
-use slideway::twin::{Sensing, load_positions};
+use slideway::recording::Role;
+use slideway::twin::load_positions;
 use std::f64::consts::TAU;
 use std::path::Path;
+use strokes::Strokes;
 
 const CATALOGUE: [EffectId; 7] = [
     EffectId::ControllerGain,
@@ -24,6 +25,8 @@ const PLAY_M: f64 = 40e-6;
 const PERIOD_M: f64 = 10e-3;
 const SINE_M: f64 = 9e-6;
 const COSINE_M: f64 = -4e-6;
+/// Each run goes there and back twice.
+const TWICE: [f64; 4] = [1.0, -1.0, 1.0, -1.0];
 
 /// The grinder's axis with its encoder at the motor and a linear scale at the table, and these settings.
 fn axis(settings: &[(&str, f64)]) -> Machine {
@@ -57,24 +60,9 @@ fn diagnosis(hidden: &[(&str, f64)], seed: u64) -> Diagnosis {
     let cells = [(0.06, 8.0, Role::Training), (0.05, 12.0, Role::Training), (0.055, 10.0, Role::HeldOut)];
     let real = axis(hidden);
     let stated = axis(&[]);
-    let runs: Vec<Run> = cells
-        .iter()
-        .map(|&(stroke, feed, role)| {
-            let there = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
-            let back = Stroke { stroke: -there.stroke, ..there };
-            let motion =
-                Motion { strokes: vec![there, back, there, back], lead_s: 0.1, dwell_s: 0.3, ramp_s: 0.02 };
-            let reference = motion.reference(stated.description().sample_period_s);
-            let name = format!("stroke{:.0}_feed{feed:.0}", there.stroke * 1e3);
-            let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
-            let traces = simulate(&real, PlantChoice::Axis, sensing, &reference, |_| ()).unwrap();
-            let mut run = recorded(&name, &stated, &reference, traces).unwrap();
-            run.role = Some(role);
-            run
-        })
-        .collect();
+    let strokes = Strokes { legs: &TWICE, ..Strokes::both_ways(&stated, &real, seed) };
     let options = Options { catalogue: &CATALOGUE, ..Options::default() };
-    let d = diagnose(&stated, &Recording::new(runs).unwrap(), &options).unwrap();
+    let d = diagnose(&stated, &strokes.recording(&cells), &options).unwrap();
     println!("{hidden:?}: {:?}, G {:.2} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
     for cause in &d.causes {
         println!("   {} {:.3} {:?}", cause.effect, cause.probability, cause.parameters);

@@ -3,7 +3,7 @@
 use super::evidence::{Closed, Score, closed};
 use super::experiment::{Experiment, trace};
 use super::fit::Fit;
-use super::found::{ADEQUATE_GAP, Candidate, DECIDED, Found, price};
+use super::found::{ADEQUATE_GAP, Candidate, DECIDED, Found, price, stands};
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
 use super::verdict::{
@@ -18,12 +18,8 @@ use std::collections::BTreeMap;
 
 /// Explanations closer than this in log-likelihood predict equally well (a factor of 20 in likelihood).
 pub const INDISTINCT: f64 = 3.0;
-/// An explanation that is not adequate still stands where it leaves no more than this gap and closes
-/// [`LARGELY_CLOSED`], …
-const SMALL_GAP: f64 = 3.0;
-const LARGELY_CLOSED: f64 = 0.9;
-/// … or where it closes this share: what is left is a detail of it. Otherwise something else is at work too, and the
-/// explanation is only the nearest one.
+/// Where the noise is only stated, not seen in the recording, nobody knows how many times the noise is left; what is left
+/// then is a detail where the explanation closes this share.
 const WHOLLY_CLOSED: f64 = 0.99;
 /// Explanations closer than this in log-likelihood may differ by no more than chance: by what each fit made of the
 /// noise of the training runs.
@@ -33,8 +29,8 @@ const WORTH_MENTIONING: f64 = 0.001;
 /// 97.5 % quantile of the normal distribution.
 const NORMAL_975: f64 = 1.959_964;
 
-/// What the search comes to.
-pub fn verdict(found: &Found, before: &Score) -> Verdict {
+/// What the search comes to; `is_measured` tells whether the noise was seen in the recording.
+pub fn verdict(found: &Found, before: &Score, is_measured: bool) -> Verdict {
     let chosen = &found.candidates[found.chosen];
     if chosen.effects().is_empty() {
         let quiet = before.gap() <= ADEQUATE_GAP || chosen.score.gap() <= ADEQUATE_GAP;
@@ -44,9 +40,8 @@ pub fn verdict(found: &Found, before: &Score) -> Verdict {
     // What calibration closes by itself is no merit of the causes.
     let beside_calibration = closed(&found.candidates[0].score, &chosen.score).value;
     let share = closed(before, &chosen.score).value.min(beside_calibration);
-    let explained =
-        gap <= ADEQUATE_GAP || (gap <= SMALL_GAP && share >= LARGELY_CLOSED) || share >= WHOLLY_CLOSED;
-    if !explained {
+    if !stands(gap, share) && (is_measured || share < WHOLLY_CLOSED) {
+        // Something else is at work too, and the explanation is only the nearest one.
         return Verdict::Unknown;
     }
     let rivals: f64 = rivals(found).map(|(_, probability)| probability).sum();

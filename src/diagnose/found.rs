@@ -1,6 +1,6 @@
 //! What a search has found so far, and how explanations are compared.
 
-use super::evidence::{LEAST_EXCESS, Score, bootstrap};
+use super::evidence::{LEAST_EXCESS, Score, bootstrap, closed};
 use super::fit::{Fit, Sensitivities};
 use super::hypothesis::{EffectSet, Freedom};
 use super::proposals::Proposals;
@@ -54,6 +54,11 @@ const CERTAIN: f64 = 0.95;
 pub const DECIDED: f64 = 0.7;
 /// Below this gap an explanation is adequate: nothing is left that noise would not leave.
 pub const ADEQUATE_GAP: f64 = 1.25;
+/// An explanation that is not adequate still stands where it leaves no more than this gap and closes this share.
+const SMALL_GAP: f64 = 3.0;
+const LARGELY_CLOSED: f64 = 0.9;
+/// Log-likelihood by which a cause must predict better than a twin whose calibration leaves no gap.
+const OVERWHELMING: f64 = 20.0;
 /// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
 /// named only if it closes this share of the original gap.
 const MATERIAL_SHARE: f64 = 0.003;
@@ -62,6 +67,12 @@ const MATERIAL_SHARE: f64 = 0.003;
 const LARGE_SHARE_OF_REST: f64 = 0.5;
 /// An explanation cannot fall below this mean square: noise itself, with some of it taken for signal.
 const LEAST_LEFT: f64 = 0.9;
+
+/// Whether an explanation that leaves this gap and closes this share of it stands: noise, or little more, is all that is left.
+pub fn stands(gap: f64, share: f64) -> bool {
+    gap <= ADEQUATE_GAP || (gap <= SMALL_GAP && share >= LARGELY_CLOSED)
+}
+
 impl Found {
     pub(super) fn effects(&self) -> &EffectSet {
         self.candidates[self.chosen].effects()
@@ -87,9 +98,36 @@ impl Found {
         self.likelihood(index) - price(candidate.effects()) - candidate.fit.strain()
     }
 
-    /// Whether the twin as it is, calibrated inside its tolerances, leaves of the held-out runs what noise leaves.
+    /// Whether the twin as it is, calibrated inside its tolerances, leaves of the held-out runs what noise leaves, and no cause
+    /// predicts them overwhelmingly better nevertheless: a small one may hide below the level of the noise and not in its
+    /// course.
     pub(super) fn calibration_settles(&self) -> bool {
-        self.candidates.first().is_some_and(|c| c.score.mean_square() < 1.0 + LEAST_EXCESS)
+        let settles = self.candidates.first().is_some_and(|c| c.score.mean_square() < 1.0 + LEAST_EXCESS);
+        settles && !self.overwhelms()
+    }
+
+    fn overwhelms(&self) -> bool {
+        self.chosen != 0
+            && self.likelihood(self.chosen) - self.likelihood(0) > OVERWHELMING
+            && self.beyond_chance(self.chosen, 0)
+    }
+
+    /// The explanation with simpler laws in the place of a chosen one that generalises them, where by itself it would stand
+    /// as the cause: every guide yields a little before it slides and sticks a little more than it slides, and what that
+    /// leaves of a large gap decides between the laws only where it is more than a small gap.
+    pub(super) fn plainer(&self, before: &Score) -> Option<usize> {
+        let laws = self.effects().iter().copied().filter(|e| !e.supersedes().is_empty());
+        let plain: Vec<EffectSet> = laws.map(|law| self.plain(self.chosen, law)).collect();
+        let simpler = (0..self.candidates.len()).filter(|&k| {
+            let candidate = &self.candidates[k];
+            let share = closed(&self.candidates[0].score, &candidate.score).value;
+            plain.iter().any(|plain| candidate.effects().is_subset(plain))
+                && !candidate.effects().is_empty()
+                && candidate.thorough
+                && self.is_resolved(k)
+                && stands(candidate.score.gap(), share.min(closed(before, &candidate.score).value))
+        });
+        self.best_of(&simpler.collect::<Vec<_>>())
     }
 
     pub(super) fn is_adequate(&self, index: usize) -> bool {
@@ -285,7 +323,9 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::conclude;
     use crate::diagnose::hypothesis::{Free, Hypothesis};
+    use crate::diagnose::verdict::Verdict;
 
     const COULOMB: EffectId = EffectId::CoulombFriction;
     const BACKLASH: EffectId = EffectId::Backlash;
@@ -362,5 +402,49 @@ mod tests {
         assert_eq!(decided(pair(1.0, 99.0), 0.8), None);
         assert_eq!(decided(pair(10.0, 40.0), 0.8), None);
         assert_eq!(decided(candidate(&[BACKLASH], 1.0, 40.0), 0.8), None);
+    }
+
+    /// A calibrated twin that leaves no gap settles it, unless a cause predicts overwhelmingly better.
+    #[test]
+    fn exact_calibration_settles_but_against_overwhelming_evidence() {
+        let settles = |calibrated: f64, left: f64| {
+            found(vec![candidate(&[], 0.0, calibrated), candidate(&[COULOMB], 1.0, left)], 1)
+                .calibration_settles()
+        };
+        // 2000 samples: a hundredth of the mean square is worth 10 of log-likelihood.
+        assert!(settles(1.0, 0.99) && settles(1.05, 1.05));
+        assert!(!settles(1.0, 0.95) && !settles(1.2, 1.2));
+    }
+
+    /// A law that generalises another is named where the other leaves more than a small gap.
+    #[test]
+    fn exact_the_plainer_law_is_taken_where_it_stands() {
+        let before = Score::even(1e4);
+        let plainer = |left: f64, value: f64| {
+            let all = vec![
+                candidate(&[], 0.0, 1e4),
+                candidate(&[COULOMB], value, left),
+                candidate(&[EffectId::Presliding], 1.0, 1.0),
+            ];
+            found(all, 2).plainer(&before)
+        };
+        assert_eq!((plainer(4.0, 1.0), plainer(16.0, 1.0), plainer(4.0, 10.0)), (Some(1), None, None));
+        // The twin as it is is no simpler law.
+        let all = vec![candidate(&[], 0.0, 1.2), candidate(&[EffectId::Presliding], 1.0, 0.9)];
+        assert_eq!(found(all, 1).plainer(&before), None);
+    }
+
+    /// Five times a noise that was seen is more than a detail, however large the gap was; of noise that is only stated nobody
+    /// knows that.
+    #[test]
+    fn exact_more_than_a_small_gap_is_unknown_where_the_noise_was_seen() {
+        let before = Score::even(1e6);
+        let verdict = |gap: f64, is_measured: bool| {
+            let all = vec![candidate(&[], 0.0, 1e6), candidate(&[COULOMB], 1.0, gap * gap)];
+            let found = Found { posterior: vec![0.0, 1.0], ..found(all, 1) };
+            conclude::verdict(&found, &before, is_measured)
+        };
+        assert_eq!([verdict(5.0, true), verdict(5.0, false)], [Verdict::Unknown, Verdict::Cause]);
+        assert_eq!([verdict(2.5, true), verdict(200.0, false)], [Verdict::Cause, Verdict::Unknown]);
     }
 }

@@ -10,6 +10,7 @@ pub mod cut;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
+mod folds;
 pub mod found;
 pub mod hypothesis;
 mod improve;
@@ -38,7 +39,7 @@ use crate::machine::Machine;
 use crate::recording::{HeldOutRuns, Recording, Signal, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
-use fit::{Care, fit};
+use folds::Folds;
 use found::Found;
 use next_experiment::NextExperiment;
 use noise::Floor;
@@ -91,7 +92,7 @@ fn diagnose_beside(
         // The held-out runs show no gap, or none beyond the tolerances: there is nothing that a cause could explain.
         found.chosen = 0;
     }
-    let diagnosis = ready.conclude(&found, recording, options)?;
+    let diagnosis = ready.conclude(found, recording, options)?;
     Ok(Diagnosis { not_examined: view.not_examined, ..diagnosis })
 }
 
@@ -155,13 +156,16 @@ impl<'a> Ready<'a> {
         search.run(&self.before)
     }
 
-    fn conclude(&self, found: &Found, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    fn conclude(&self, mut found: Found, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+        let chosen = &mut found.candidates[found.chosen];
+        let folds = Folds::of(self.machine, &chosen.fit, &self.training, &self.floor)?;
+        chosen.fit.standard_errors = folds.widened(&chosen.fit.standard_errors);
+        let (found, predicted) = (&found, folds.predicted_closed);
         let chosen = &found.candidates[found.chosen];
-        let verdict = conclude::verdict(found, &self.before);
+        let verdict = conclude::verdict(found, &self.before, self.floor.is_measured());
         let mut causes = conclude::causes(found, &self.before);
         let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
         let improved = chosen.fit.machine(self.machine)?;
-        let predicted = self.predicted_closed(&chosen.fit)?;
         let mut gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
@@ -247,34 +251,5 @@ impl<'a> Ready<'a> {
             }
         }
         Ok(proposal.next)
-    }
-
-    /// Closed share that cross-validation inside the training runs predicts: each run left out in turn is
-    /// predicted from the others. A single training run can only predict itself.
-    fn predicted_closed(&self, chosen: &fit::Fit) -> Result<f64> {
-        let folds = self.training.len();
-        let (mut before, mut after) = (0.0, 0.0);
-        for left_out in 0..folds {
-            let (test, rest): (Vec<_>, Vec<_>) =
-                self.training.iter().cloned().enumerate().partition(|(k, _)| *k == left_out);
-            let test: Vec<Experiment> = test.into_iter().map(|(_, e)| e).collect();
-            let rest: Vec<Experiment> = rest.into_iter().map(|(_, e)| e).collect();
-            let machine = if rest.is_empty() {
-                chosen.machine(self.machine)?
-            } else {
-                let warm = Some(chosen.values.as_slice());
-                fit(self.machine, &chosen.hypothesis, &rest, &self.floor, warm, Care::Thorough)?
-                    .machine(self.machine)?
-            };
-            before += Score::of(self.machine, &test, &self.floor)?.mean_square();
-            after += Score::of(&machine, &test, &self.floor)?.mean_square();
-        }
-        let count = folds as f64;
-        let excess = before / count - 1.0;
-        Ok(if excess > evidence::LEAST_EXCESS {
-            (1.0 - (after / count - 1.0) / excess).min(1.0)
-        } else {
-            0.0
-        })
     }
 }

@@ -34,8 +34,13 @@ pub struct Floor {
     profiles: BTreeMap<Channel, Vec<f64>>,
     /// σ of what one position sensor reads more than the other, from repeats; without them it is that of both together.
     between_sensors: Option<f64>,
+    /// Whether every signal's noise was seen in the recording.
+    is_measured: bool,
 }
 
+/// Noise seen at standstill bears out the noise stated where it is at least this share of it: a stuck axis is quieter than a
+/// moving one.
+const BORNE_OUT: f64 = 0.3;
 /// Floors this close in RMS are the same.
 const SAME_FLOOR: f64 = 0.1;
 /// Fraction of a signal's RMS below which a floor would only measure rounding of numbers.
@@ -60,6 +65,7 @@ impl Floor {
         let dwell = dwell(experiments);
         let declared = Declared::of(machine, experiments)?;
         let mut levels = BTreeMap::new();
+        let mut is_measured = true;
         for signal in experiments.iter().flat_map(|e| e.signals()).copied() {
             let size = match size(experiments, signal) {
                 // A signal that is zero throughout: any σ serves, it must only be a number.
@@ -74,10 +80,12 @@ impl Floor {
                 .or_else(|| still.into_iter().chain(stated).max_by(|a, b| a.0.total_cmp(&b.0)))
                 .filter(|(sigma, _)| *sigma > least)
                 .unwrap_or((ASSUMED_FRACTION * size, Source::Assumed));
+            let seen = repeated.or(still).map_or(0.0, |(sigma, _)| sigma);
+            is_measured &= seen >= BORNE_OUT * level.0;
             levels.insert(signal, level);
         }
         let profiles = declared.profiles(&levels);
-        Ok(Self { levels, profiles, between_sensors: repeats_between(experiments) })
+        Ok(Self { levels, profiles, between_sensors: repeats_between(experiments), is_measured })
     }
 
     /// The floor with what a twin leaves anyway, RMS of each signal in SI, as far as it is more than noise.
@@ -160,6 +168,11 @@ impl Floor {
     /// σ of a signal in SI.
     pub fn sigma(&self, signal: Signal) -> f64 {
         self.levels.get(&signal).map_or(1.0, |level| level.0)
+    }
+
+    /// Whether the noise of every signal was seen in the recording, in repeats or at standstill, and not only stated.
+    pub fn is_measured(&self) -> bool {
+        self.is_measured
     }
 
     /// Where a signal's σ comes from.
@@ -392,6 +405,7 @@ mod tests {
             levels: BTreeMap::from([(Signal::Position, (3.0, Source::Declared))]),
             profiles: BTreeMap::from([(channel.clone(), vec![1.0, 1.0, 2.0, 2.0])]),
             between_sensors: None,
+            is_measured: false,
         };
         // The mean of the variances is 22.5.
         let same = floor.clone().beside(&BTreeMap::from([(Signal::Position, 4.7), (Signal::Velocity, 1.0)]));

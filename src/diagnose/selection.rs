@@ -82,6 +82,10 @@ impl Search<'_> {
             found.chosen = fuller;
             found.posterior = posterior(&found, before);
         }
+        if let Some(plainer) = found.plainer(before) {
+            found.chosen = plainer;
+            found.posterior = posterior(&found, before);
+        }
         Ok(found)
     }
 

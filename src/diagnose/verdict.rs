@@ -136,6 +136,17 @@ pub struct Gap {
     pub signals: Vec<SignalGap>,
 }
 
+/// Causes that close this share of the gap are found, whatever is left open beside them.
+const MOSTLY_CLOSED: f64 = 0.9;
+
+impl Diagnosis {
+    /// Whether the verdict is `unknown` though the causes named close most of the gap: part of the cause is found, and what is
+    /// left is more than noise and has no name.
+    pub fn is_found_in_part(&self) -> bool {
+        self.verdict == Verdict::Unknown && !self.causes.is_empty() && self.gap.closed >= MOSTLY_CLOSED
+    }
+}
+
 /// A share of the gap by name.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Share {

@@ -3,9 +3,10 @@
 use super::Style;
 use super::layout::{Align, Table, labelled, paragraph};
 use super::number::{moved, percent, plain, ratio, twin, value, with_interval};
-use super::sentence::{REMAINS, described, is_resolved, name, placed, times_noise};
+use super::sentence::{described, is_resolved, name, placed, remains, times_noise};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Reference};
+use crate::units::Motion;
 
 /// Width of the labels.
 const LABEL: usize = 9;
@@ -80,7 +81,7 @@ pub(super) fn verdict(parameter: &Parameter) -> String {
 }
 
 /// What changed as a sentence; none where the diagnosis is no comparison or its words are those of any diagnosis.
-pub(super) fn sentence(diagnosis: &Diagnosis) -> Option<String> {
+pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> Option<String> {
     diagnosis.reference.as_ref()?;
     let gap = &diagnosis.gap;
     match diagnosis.verdict {
@@ -89,20 +90,21 @@ pub(super) fn sentence(diagnosis: &Diagnosis) -> Option<String> {
              unseen runs as well as it does the reference (G = {}).",
             times_noise(gap.after)
         )),
-        Verdict::Cause if !diagnosis.causes.is_empty() => {
+        Verdict::Cause | Verdict::Unknown if !diagnosis.causes.is_empty() && is_found(diagnosis) => {
             let parts: Vec<String> = diagnosis.causes.iter().map(part).collect();
             let mut text = format!("Changed since the reference: {}", parts.join(", and "));
             if parts.len() > 1 {
                 text += &format!(", together {} of the difference", percent(gap.closed));
             }
             text += ".";
-            if gap.after > REMAINS {
-                text += &format!(" A gap of {} remains unexplained.", times_noise(gap.after));
-            }
-            Some(text)
+            Some(text + &remains(diagnosis, motion))
         }
         _ => None,
     }
+}
+
+fn is_found(diagnosis: &Diagnosis) -> bool {
+    diagnosis.verdict == Verdict::Cause || diagnosis.is_found_in_part()
 }
 
 /// "Coulomb friction on the guide, 973 → 165 N (64 %)", with the parameters that changed beyond their interval.

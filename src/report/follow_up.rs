@@ -119,9 +119,8 @@ pub(super) fn runs_text(runs: &[&str], count: usize) -> Option<String> {
 /// What to do now.
 pub(super) fn next(diagnosis: &Diagnosis, style: Style) -> String {
     let mut out = style.heading("NEXT", "");
-    let compares = diagnosis.reference.is_some();
     out += &paragraph(what_to_do(diagnosis), style);
-    if diagnosis.verdict == Verdict::Cause && !diagnosis.causes.is_empty() && !compares {
+    if is_for_the_twin(diagnosis) {
         out += "\n";
         out += &snippet(diagnosis);
     }
@@ -136,6 +135,12 @@ pub(super) fn next(diagnosis: &Diagnosis, style: Style) -> String {
     out
 }
 
+/// Whether the causes named belong into the machine's file.
+pub(super) fn is_for_the_twin(diagnosis: &Diagnosis) -> bool {
+    let is_found = diagnosis.verdict == Verdict::Cause || diagnosis.is_found_in_part();
+    is_found && !diagnosis.causes.is_empty() && diagnosis.reference.is_none()
+}
+
 /// What to do now, in a sentence; empty where nothing can be said.
 pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
     let compares = diagnosis.reference.is_some();
@@ -147,6 +152,9 @@ pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
             "Repair or set back what changed. For a twin of the machine as it is now, diagnose the recording alone."
         }
         Verdict::Cause => "Give the twin what it lacks, in machine.toml, and diagnose again:",
+        Verdict::Unknown if diagnosis.is_found_in_part() && !compares => {
+            "Give the twin what it lacks, in machine.toml, and look at the machine where the rest is largest:"
+        }
         Verdict::Undecided => {
             "Nothing to put into machine.toml yet: record a run in which the rivals differ, or strike those \
              that the machine cannot have with --without, and diagnose again."

@@ -10,7 +10,7 @@ use crate::recording::Signal;
 use crate::units::Motion;
 
 /// From this gap on, what remains behind the named causes is worth a sentence.
-pub(super) const REMAINS: f64 = 1.5;
+const REMAINS: f64 = 1.5;
 /// A calibration that moved the gap by this much had a part in the result.
 const CALIBRATED: f64 = 0.05;
 /// An explanation with this share of the best one's probability is a rival.
@@ -22,13 +22,14 @@ const RIVALS: usize = 4;
 ///
 /// In a comparison, the sentence says what changed since the reference recording.
 pub fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
-    if let Some(text) = changes::sentence(diagnosis) {
+    if let Some(text) = changes::sentence(diagnosis, motion) {
         return text;
     }
     match diagnosis.verdict {
         Verdict::NoGap => no_gap(diagnosis),
         Verdict::Cause => cause(diagnosis, motion),
         Verdict::Undecided => undecided(diagnosis),
+        Verdict::Unknown if diagnosis.is_found_in_part() => cause(diagnosis, motion),
         Verdict::Unknown => unknown(diagnosis, motion),
     }
 }
@@ -85,10 +86,22 @@ fn cause(diagnosis: &Diagnosis, motion: Motion) -> String {
         let them = if diagnosis.causes.len() == 1 { "it" } else { "them" };
         text += &format!("; with {them} the {}", improvement(signal, motion));
     }
-    if diagnosis.gap.after > REMAINS {
-        text += &format!(" A gap of {} remains unexplained.", times_noise(diagnosis.gap.after));
+    capitalised(&(text + &remains(diagnosis, motion)))
+}
+
+/// What the causes leave open, as a sentence more.
+pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
+    let left = times_noise(diagnosis.gap.after);
+    match diagnosis.verdict {
+        Verdict::Unknown => {
+            format!(
+                " A gap of {left} remains that no effect of the catalogue explains{}.",
+                largest(diagnosis, motion)
+            )
+        }
+        _ if diagnosis.gap.after > REMAINS => format!(" A gap of {left} remains unexplained."),
+        _ => String::new(),
     }
-    capitalised(&text)
 }
 
 /// "position error on unseen runs falls from 113 µm to 2.90 µm RMS."
@@ -262,7 +275,13 @@ fn unknown(diagnosis: &Diagnosis, motion: Motion) -> String {
             times_noise(gap.before)
         );
     }
-    let (place, position) = (&diagnosis.place, if motion == Motion::Prismatic { "m" } else { "rad" });
+    text + &largest(diagnosis, motion) + "."
+}
+
+/// "; it is largest in phase “reverse” (41 %)": where what is left lies; empty where nothing is known of that.
+fn largest(diagnosis: &Diagnosis, motion: Motion) -> String {
+    let place = diagnosis.left.as_ref().map_or(&diagnosis.place, |left| &left.place);
+    let position = if motion == Motion::Prismatic { "m" } else { "rad" };
     let largest = [
         ("in phase “", top(named(&place.phase)), "”"),
         ("at ", top(banded(&place.frequency_hz, "Hz")), ""),
@@ -274,7 +293,7 @@ fn unknown(diagnosis: &Diagnosis, motion: Motion) -> String {
             entries.first().map(|(label, share)| format!("{before}{label}{after} ({})", percent(*share)))
         })
         .collect();
-    if parts.is_empty() { format!("{text}.") } else { format!("{text}; it is largest {}.", listed(&parts)) }
+    if parts.is_empty() { String::new() } else { format!("; it is largest {}", listed(&parts)) }
 }
 
 fn capitalised(text: &str) -> String {

@@ -66,6 +66,7 @@ fn verdict(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
         Verdict::NoGap => ("NO GAP", Ink::Good),
         Verdict::Cause => ("CAUSE FOUND", Ink::Bad),
         Verdict::Undecided => ("UNDECIDED", Ink::Warning),
+        Verdict::Unknown if diagnosis.is_found_in_part() => ("CAUSE FOUND IN PART", Ink::Warning),
         Verdict::Unknown => ("UNKNOWN CAUSE", Ink::Bad),
     };
     let text = paragraph(&sentence::sentence(diagnosis, motion), style);

@@ -43,11 +43,14 @@ pub enum Outcome {
 pub fn case(seed: Seed, machine: &Machine, logged: &[Signal], planned: &Planned) -> Result<Outcome> {
     let logged: Vec<Signal> = logged.iter().copied().filter(|s| !planned.missing.contains(s)).collect();
     let mut reason = None;
-    for draw in 0..MOST_DRAWS {
-        let mut random = seed.random(&format!("{} {draw}", planned.purpose));
-        match attempt(machine, &logged, planned, &mut random, draw + 1 == MOST_DRAWS)? {
-            Outcome::Skipped(effect, why) => reason = Some((effect, why)),
-            drawn @ Outcome::Drawn(_) => return Ok(drawn),
+    for effects in std::iter::once(&planned.effects).chain(&planned.spare) {
+        let planned = &Planned { effects: effects.clone(), ..planned.clone() };
+        for draw in 0..MOST_DRAWS {
+            let mut random = seed.random(&format!("{} {draw}", planned.purpose));
+            match attempt(machine, &logged, planned, &mut random, draw + 1 == MOST_DRAWS)? {
+                Outcome::Skipped(effect, why) => reason = reason.or(Some((effect, why))),
+                drawn @ Outcome::Drawn(_) => return Ok(drawn),
+            }
         }
     }
     let nothing = || (EffectId::ControllerGain, "no draw came to anything".to_owned());

@@ -30,10 +30,18 @@ pub fn equals(effect: EffectId, machine: &Machine, logged: &[Signal]) -> Vec<Eff
     pairs.into_iter().filter_map(partner).filter(|other| other.applies(&constants)).collect()
 }
 
-/// What must be struck from the catalogue for an effect to lie outside it: itself, its equals, and the laws that hold it
-/// as a special case.
+/// What must be struck from the catalogue for an effect to lie outside it: itself, its equals, its stand-ins, and the laws
+/// that hold it as a special case.
+///
+/// # Model
+/// f·Kt·i = m·a + c·v is Kt·i = (m/f)·a + (c/f)·v: where no force is logged, a payload stands in for a force constant or an
+/// encoder scale, and they for it, with drag calibrated by the same factor.
 pub fn struck(effect: EffectId, machine: &Machine, logged: &[Signal]) -> Vec<EffectId> {
-    let own: BTreeSet<EffectId> = std::iter::once(effect).chain(equals(effect, machine, logged)).collect();
+    let alike = [EffectId::ForceConstant, EffectId::EncoderScale, EffectId::Payload];
+    let stand_ins =
+        alike.into_iter().filter(|_| alike.contains(&effect) && !logged.contains(&Signal::Thrust));
+    let equals = equals(effect, machine, logged);
+    let own: BTreeSet<EffectId> = std::iter::once(effect).chain(equals).chain(stand_ins).collect();
     let holds = |law: &EffectId| {
         own.contains(law) || law.stands_for().iter().chain(law.supersedes()).any(|e| own.contains(e))
     };

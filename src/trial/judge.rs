@@ -213,7 +213,10 @@ fn errors(hidden: &HiddenEffect, said: &Said) -> Option<(f64, f64, f64)> {
         let scale = largest.get(unit(key)).copied().unwrap_or(1.0).max(f64::MIN_POSITIVE);
         worst = worst.max((number.value - truth).abs() / scale);
         let [from, to] = number.ci95;
-        let holds = from.is_none_or(|from| from <= *truth) && to.is_none_or(|to| *truth <= to);
+        // A number that only starts set, a resolution above all, has no width: it is right to the last digits or not.
+        let rounding = 1e-9 * truth.abs();
+        let holds =
+            from.is_none_or(|from| from - rounding <= *truth) && to.is_none_or(|to| *truth <= to + rounding);
         covered += f64::from(u8::from(holds));
         of += 1.0;
     }

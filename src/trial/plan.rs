@@ -14,6 +14,8 @@ pub struct Planned {
     pub tier: Tier,
     /// The effects to hide, in no order.
     pub effects: Vec<EffectId>,
+    /// What to hide instead where these cannot be forged together; none where every effect has its turn.
+    pub spare: Vec<Vec<EffectId>>,
     /// Signals not to log.
     pub missing: Vec<Signal>,
     /// What its random numbers are called: its tier and place in it, so that one tier does not depend on others.
@@ -22,6 +24,9 @@ pub struct Planned {
 
 /// The signals that the tier of missing signals leaves out, one at a time.
 pub const MISSING: [Signal; 3] = [Signal::Current, Signal::ControlEffort, Signal::Velocity];
+
+/// Other pairs tried where one cannot be forged.
+const SPARE: usize = 3;
 
 /// Plans tiers of so many cases each (their own number where none is given), from effects that can be forged, on a
 /// machine that logs these signals; `equal` tells effects that no data tell apart.
@@ -48,6 +53,7 @@ pub fn plan(
             all.push(Planned {
                 tier,
                 effects: set.clone(),
+                spare: spare(&sets, k, count),
                 missing: left_out.into_iter().collect(),
                 purpose: format!("{tier} {k}"),
             });
@@ -55,6 +61,12 @@ pub fn plan(
     }
     shuffle(&mut all, &mut seed.random("order"));
     all
+}
+
+/// Pairs that no case of so many begins with, a few for each.
+fn spare(sets: &[Vec<EffectId>], case: usize, count: usize) -> Vec<Vec<EffectId>> {
+    let places = (1..=SPARE).map(|k| case + k * count);
+    places.filter_map(|k| sets.get(k)).filter(|set| set.len() > 1).cloned().collect()
 }
 
 /// The sets of effects that a tier goes through.

@@ -10,10 +10,11 @@ use crate::units::Motion;
 const LONG: usize = 190;
 
 /// The verdict in a word.
-pub(super) fn word(verdict: Verdict) -> &'static str {
-    match verdict {
+pub(super) fn word(diagnosis: &Diagnosis) -> &'static str {
+    match diagnosis.verdict {
         Verdict::NoGap => "no gap",
         Verdict::Cause => "cause found",
+        Verdict::Unknown if diagnosis.is_found_in_part() => "cause found in part",
         Verdict::Undecided => "undecided",
         Verdict::Unknown => "unknown cause",
     }
@@ -48,7 +49,7 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
          <ul class=\"facts\">{facts}</ul>\n</header>\n",
         escape(&diagnosis.data.machine),
         class(diagnosis.verdict),
-        escape(word(diagnosis.verdict)),
+        escape(word(diagnosis)),
         if words.chars().count() > LONG { " class=\"long\"" } else { "" },
         escape(&unbroken(&words)),
     )

@@ -37,7 +37,7 @@ use page::Builder;
 /// `command` is what was typed, for the section on where the report comes from.
 pub fn diagnosis(diagnosis: &Diagnosis, machine: &Machine, material: &Material, command: &str) -> Page {
     let motion = machine.motion();
-    let title = format!("{}: {}", diagnosis.data.machine, head::word(diagnosis.verdict));
+    let title = format!("{}: {}", diagnosis.data.machine, head::word(diagnosis));
     let mut page = Builder::new(&title, head::head(diagnosis, motion));
     page.section("changes", "What changed", hypotheses::changes(diagnosis));
     page.section("extent", "How far", extent::part(diagnosis, material));

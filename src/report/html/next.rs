@@ -4,7 +4,7 @@ use super::page::{Part, command};
 use super::scale::Scale;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel, escape};
-use crate::report::follow_up::{snippet, what_to_do};
+use crate::report::follow_up::{is_for_the_twin, snippet, what_to_do};
 use crate::report::material::{Material, Predicted};
 use crate::report::sentence::together;
 use crate::units::Motion;
@@ -16,7 +16,7 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     if !words.is_empty() {
         part.paragraph(words);
     }
-    if diagnosis.verdict == Verdict::Cause && !diagnosis.causes.is_empty() && diagnosis.reference.is_none() {
+    if is_for_the_twin(diagnosis) {
         part.raw(&format!("<pre>{}</pre>\n", escape(&snippet(diagnosis))));
     }
     match &diagnosis.next_experiment {
