@@ -25,8 +25,8 @@ pub const GAPS: (f64, f64) = (3.0, 300.0);
 const LEAST_OF_PAIR: f64 = 6.0;
 /// … and the larger one at most so many times the smaller one's.
 const MOST_RATIO: f64 = 8.0;
-/// Draws before a case is given up.
-const MOST_DRAWS: usize = 6;
+/// Draws before a case is given up: some modes of a base hardly show, whatever is done to them.
+const MOST_DRAWS: usize = 24;
 
 /// What a draw comes to.
 pub enum Outcome {

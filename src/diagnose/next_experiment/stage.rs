@@ -173,3 +173,51 @@ fn profiled(floor: &Floor, experiment: &Experiment, signal: Signal, sigma: impl 
 fn root_mean_square(samples: &[f64]) -> f64 {
     (samples.iter().map(|x| x * x).sum::<f64>() / samples.len().max(1) as f64).sqrt()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::hypothesis::{EffectSet, Hypothesis};
+    use crate::units::Motion;
+    use std::path::Path;
+
+    /// What was recorded is known to be safe: three times its effort may be asked for and no more, whatever the amplifier can do.
+    #[test]
+    fn exact_planned_runs_stay_within_three_times_the_recorded_effort() {
+        let machine = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
+        let effects = EffectSet::new();
+        let hypothesis = Hypothesis { effects: effects.clone(), free: vec![], starts: vec![] };
+        let truth = Fit { hypothesis, values: vec![], standard_errors: vec![], shown: effects };
+        let plan = |feed: f64| Plan {
+            motion: Motion::Prismatic,
+            strokes: vec![0.03; 2],
+            feeds: vec![feed; 2],
+            dwell_s: 0.1,
+            added_mass: None,
+        };
+        let reference = plan(4.0).references(&machine).swap_remove(0);
+        let traces = simulate(&machine, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ()).unwrap();
+        let largest = traces.effort_v.iter().fold(0.0_f64, |most, effort| most.max(effort.abs()));
+        let run = recorded("slow", &machine, &reference, traces).unwrap();
+        let runs = [Experiment::new(&run, &machine).unwrap()];
+        let limit = largest_effort_v(&runs);
+        assert!((limit / (3.0 * largest) - 1.0).abs() < 1e-12, "{limit} {largest}");
+
+        let floor = Floor::estimate(&machine, &[&runs[0]]).unwrap();
+        let logged = [Signal::ControlEffort, Signal::Position];
+        let measure =
+            Measure { floor: &floor, deflation: &|_| 1.0, logged: &logged, largest_effort_v: limit };
+        let is_planned = |feed: f64| {
+            let stage = Stage::planned(&plan(feed), &machine, &truth, None, &BTreeMap::new(), &measure);
+            stage.unwrap().is_some()
+        };
+        // Effort goes with the feed: the loop is linear here.
+        assert!(is_planned(4.0) && is_planned(11.9) && !is_planned(12.1));
+    }
+
+    /// Where no effort was logged nobody knows what is safe; the joint's own limits hold.
+    #[test]
+    fn exact_without_effort_there_is_no_limit_of_effort() {
+        assert_eq!(largest_effort_v(&[]), f64::INFINITY);
+    }
+}
