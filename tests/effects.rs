@@ -3,6 +3,7 @@
 
 mod strokes;
 
+use slideway::diagnose::verdict::Cause;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
@@ -138,7 +139,21 @@ fn fault(case: &Case, seed: u64) -> Option<String> {
     }
     let (found, hidden) = (cause.parameters[case.parameter].value, value(case.hidden, case.parameter));
     let off = (found / hidden - 1.0).abs() > case.within && case.equals.is_empty();
-    off.then(|| format!("{effect}.{}: {found} instead of {hidden}", case.parameter))
+    let off = off.then(|| format!("{effect}.{}: {found} instead of {hidden}", case.parameter));
+    off.or_else(|| wave_fault(case, cause))
+}
+
+/// Amplitude of the first harmonic, as far as it is known which law it belongs to.
+const AMPLITUDE: f64 = 0.03;
+
+/// Whether the amplitude of what repeats along the axis is told, and right, or what is wrong with it.
+fn wave_fault(case: &Case, cause: &Cause) -> Option<String> {
+    let own: Vec<&str> = case.hidden.split(' ').filter(|one| one.starts_with("sine")).collect();
+    let key = own.first()?.split('=').next()?;
+    let hidden = value(case.hidden, key).hypot(value(case.hidden, &key.replace("sine", "cosine")));
+    let found = cause.amplitudes[&key.replace("sine", "amplitude")].value;
+    let off = (found / hidden - 1.0).abs() > AMPLITUDE;
+    off.then(|| format!("{}: amplitude {found} instead of {hidden}", cause.effect))
 }
 
 fn faults(cases: &[Case]) -> Vec<String> {

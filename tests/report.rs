@@ -29,6 +29,7 @@ fn cause(effect: &str, site: &str, closes: f64, parameters: &[(&str, Parameter)]
         confusable_with: Vec::new(),
         confusable_reason: None,
         parameters: parameters.iter().map(|(name, p)| ((*name).to_owned(), p.clone())).collect(),
+        amplitudes: BTreeMap::new(),
     }
 }
 
@@ -129,6 +130,8 @@ fn diagnosis() -> Diagnosis {
             floor: 1.0,
             closed: 0.9899,
             closed_ci95: [0.985, 0.995],
+            closed_beside_calibration: 0.98,
+            noise_is_measured: true,
             predicted_closed: 0.98,
             signals: vec![
                 signal("control_effort_v", [0.2, 0.01], 1e-3),
@@ -448,12 +451,32 @@ fn exact_unknown_says_how_much_and_where() {
     holds(&sliding(&d), &["explains (Coulomb friction closes 13 % of 41.2 × noise); it is largest"]);
 }
 
+/// Far from the zero of position sine and cosine are uncertain each by itself: the sentence tells the amplitude.
+#[test]
+fn exact_waves_are_told_by_their_amplitude() {
+    let mut d = diagnosis();
+    let waves = [
+        ("period_m", parameter(2e-2, 1e-5, "m", f64::NAN)),
+        ("sine_m", parameter(-42e-6, 484e-6, "m", 0.0)),
+        ("cosine_m", parameter(30e-6, 484e-6, "m", 0.0)),
+    ];
+    let mut lead = cause("screw_error", "structure", 0.9, &waves);
+    lead.amplitudes = BTreeMap::from([("amplitude_m".to_owned(), parameter(52e-6, 3e-6, "m", 0.0))]);
+    d.causes = vec![lead];
+    let reports = sliding(&d);
+    holds(
+        &reports,
+        &["amplitude 52.0 ± 3.0 µm, period 20.00 ± 0.01 mm", "screw_error.amplitude_m", "screw_error.sine_m"],
+    );
+    lacks(&reports, &["sine −42", "sine -42"]);
+}
+
 /// Where the causes close most of the gap, they are said first, what is left after them, and they can be put into the twin.
 #[test]
 fn exact_cause_found_in_part_says_both() {
     let mut d = diagnosis();
     d.verdict = Verdict::Unknown;
-    (d.gap.after, d.gap.closed) = (5.6, 0.98);
+    (d.gap.after, d.gap.closed, d.gap.closed_beside_calibration) = (5.6, 0.98, 0.95);
     holds(
         &sliding(&d),
         &[

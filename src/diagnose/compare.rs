@@ -106,6 +106,10 @@ impl Reference {
             });
             let same = named.filter(|(path, _)| *path == calibration.path);
             same.for_each(|(_, parameter)| renew(parameter, &calibration.parameter));
+            let of_effect =
+                |cause: &&mut Cause| calibration.path.starts_with(&format!("effect.{}.", cause.effect));
+            // Its parts have moved since; they stand by themselves then.
+            self.causes.iter_mut().filter(of_effect).for_each(|cause| cause.amplitudes.clear());
         }
         let opened = |gap: f64| (gap * gap - 1.0).max(0.0);
         let share = opened(pass.gap.before) / opened(self.gap_before).max(f64::MIN_POSITIVE);
@@ -116,6 +120,7 @@ impl Reference {
                 None => self.causes.push(Cause { closes, ..cause.clone() }),
                 Some(known) => {
                     known.closes += closes;
+                    known.amplitudes.clone_from(&cause.amplitudes);
                     for (key, parameter) in &cause.parameters {
                         match known.parameters.get_mut(key) {
                             Some(own) => renew(own, parameter),

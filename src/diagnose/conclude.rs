@@ -1,13 +1,16 @@
 //! From the search to the verdict.
 
+use super::amplitude::amplitudes;
 use super::evidence::{Closed, Score, closed};
 use super::experiment::{Experiment, trace};
 use super::fit::Fit;
-use super::found::{ADEQUATE_GAP, Candidate, DECIDED, Found, price, stands};
+use super::folds::Folds;
+use super::found::{ADEQUATE_GAP, Candidate, DECIDED, Found, price};
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
 use super::verdict::{
-    Calibration, Cause, EffectProbability, Gap, Parameter, Ranked, Share, SignalGap, Verdict, Where,
+    Calibration, Cause, EffectProbability, Gap, NORMAL_975, Parameter, Ranked, Share, SignalGap, Verdict,
+    Where,
 };
 use crate::effect::{EffectId, Site};
 use crate::error::Result;
@@ -26,8 +29,6 @@ const WHOLLY_CLOSED: f64 = 0.99;
 const NEAR: f64 = 12.0;
 /// A rival less probable than this share of the chosen explanation is not looked into.
 const WORTH_MENTIONING: f64 = 0.001;
-/// 97.5 % quantile of the normal distribution.
-const NORMAL_975: f64 = 1.959_964;
 
 /// What the search comes to; `is_measured` tells whether the noise was seen in the recording.
 pub fn verdict(found: &Found, before: &Score, is_measured: bool) -> Verdict {
@@ -36,11 +37,8 @@ pub fn verdict(found: &Found, before: &Score, is_measured: bool) -> Verdict {
         let quiet = before.gap() <= ADEQUATE_GAP || chosen.score.gap() <= ADEQUATE_GAP;
         return if quiet { Verdict::NoGap } else { Verdict::Unknown };
     }
-    let gap = chosen.score.gap();
-    // What calibration closes by itself is no merit of the causes.
-    let beside_calibration = closed(&found.candidates[0].score, &chosen.score).value;
-    let share = closed(before, &chosen.score).value.min(beside_calibration);
-    if !stands(gap, share) && (is_measured || share < WHOLLY_CLOSED) {
+    let is_detail = !is_measured && found.share(found.chosen, before) >= WHOLLY_CLOSED;
+    if !found.stands(found.chosen, before) && !is_detail {
         // Something else is at work too, and the explanation is only the nearest one.
         return Verdict::Unknown;
     }
@@ -56,7 +54,7 @@ fn rivals(found: &Found) -> impl Iterator<Item = (&Candidate, f64)> {
 }
 
 /// The named causes, most closing first.
-pub fn causes(found: &Found, before: &Score) -> Vec<Cause> {
+pub fn causes(found: &Found, before: &Score, folds: &Folds) -> Vec<Cause> {
     let chosen = &found.candidates[found.chosen];
     let total = closed(before, &chosen.score).value;
     let contributions = contributions(found, before, total);
@@ -73,6 +71,7 @@ pub fn causes(found: &Found, before: &Score) -> Vec<Cause> {
                 confusable_reason: (!confusable_with.is_empty()).then(|| alike(&confusable_with)),
                 confusable_with,
                 parameters: parameters(&chosen.fit, effect),
+                amplitudes: amplitudes(&chosen.fit, folds, effect),
             }
         })
         .collect();
@@ -118,16 +117,27 @@ fn probability(found: &Found, effect: EffectId) -> f64 {
     sum.min(1.0)
 }
 
-/// Effects of explanations that predict the held-out runs as well, whatever their prior: within
-/// [`INDISTINCT`] of log-likelihood.
+/// Log-likelihood by which another explanation predicts the held-out runs better than the chosen one, whatever their prior;
+/// none where either cannot be.
+fn better(found: &Found, other: &Candidate, probability: f64) -> Option<f64> {
+    let own = found.posterior[found.chosen];
+    let chosen = found.candidates[found.chosen].effects();
+    let likelihood = |probability: f64, effects: &EffectSet| probability.ln() + price(effects);
+    (own > 0.0 && probability > 0.0)
+        .then(|| likelihood(probability, other.effects()) - likelihood(own, chosen))
+}
+
+/// Effects of explanations that predict the held-out runs as well: worse by no more than [`INDISTINCT`], and better by no more
+/// than what they cost more.
 fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     let chosen = found.candidates[found.chosen].effects();
-    let likelihood =
-        |probability: f64, effects: &EffectSet| probability.max(f64::MIN_POSITIVE).ln() + price(effects);
-    let own = likelihood(found.posterior[found.chosen], chosen);
+    let is_as_good = |candidate: &Candidate, probability: f64| {
+        let dearer = (price(candidate.effects()) - price(chosen)).max(0.0);
+        better(found, candidate, probability).is_some_and(|b| b > -INDISTINCT && b < dearer + INDISTINCT)
+    };
     let mut names: Vec<String> = rivals(found)
         .filter(|(candidate, _)| !candidate.effects().contains(&effect))
-        .filter(|(candidate, p)| likelihood(*p, candidate.effects()) > own - INDISTINCT)
+        .filter(|(candidate, p)| is_as_good(candidate, *p))
         .flat_map(|(candidate, _)| candidate.effects().difference(chosen).copied())
         .map(|e| e.name().to_string())
         .collect();
@@ -150,17 +160,17 @@ pub struct Rival<'a> {
 /// Explanations that these data do not set apart from the chosen one, or hardly, most probable first.
 pub fn open_rivals(found: &Found, verdict: Verdict) -> Vec<Rival<'_>> {
     let least = if verdict == Verdict::Undecided { WORTH_MENTIONING } else { f64::INFINITY };
-    let own = found.posterior[found.chosen];
-    let likelihood = |candidate: &Candidate, probability: f64| {
-        probability.max(f64::MIN_POSITIVE).ln() + price(candidate.effects())
+    let most = found.posterior.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
+    let own = found.posterior[found.chosen].max(WORTH_MENTIONING * most);
+    let is_near = |candidate: &Candidate, p: f64, within: f64| {
+        better(found, candidate, p).is_some_and(|better| better > -within) || p > least * own
     };
-    let best = likelihood(&found.candidates[found.chosen], own);
     let mut open: Vec<Rival> = rivals(found)
-        .filter(|(candidate, p)| likelihood(candidate, *p) > best - NEAR || *p > least * own)
+        .filter(|(candidate, p)| is_near(candidate, *p, NEAR))
         .map(|(candidate, p)| Rival {
             candidate,
             weight: p / own + WORTH_MENTIONING,
-            is_open: likelihood(candidate, p) > best - INDISTINCT || p > least * own,
+            is_open: is_near(candidate, p, INDISTINCT),
         })
         .collect();
     open.sort_by(|a, b| b.weight.total_cmp(&a.weight));
@@ -246,7 +256,7 @@ fn ranked(candidate: &Candidate, probability: f64) -> Ranked {
 pub fn gap(
     machines: [&Machine; 2],
     scores: [&Score; 2],
-    predicted_closed: f64,
+    (closed_beside_calibration, predicted_closed): (f64, f64),
     held_out: &[Experiment],
     floor: &Floor,
 ) -> Result<Gap> {
@@ -278,6 +288,8 @@ pub fn gap(
         floor: 1.0,
         closed: value,
         closed_ci95: [ci95.0, ci95.1],
+        closed_beside_calibration,
+        noise_is_measured: floor.is_measured(),
         predicted_closed,
         rigid_body: None,
         signals,

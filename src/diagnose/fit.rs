@@ -18,6 +18,8 @@ pub struct Fit {
     pub values: Vec<f64>,
     /// Standard errors of the values, robust to autocorrelated and uneven residuals.
     pub standard_errors: Vec<f64>,
+    /// Their covariance, each in units of its number's scale.
+    pub covariance: DMatrix<f64>,
     /// Effects that show: a parameter's 95 % interval leaves out the twin's own value, or the 95 % region of all of them does.
     /// The phase of what repeats far from the zero of position hangs on its period: sine and cosine by themselves are
     /// uncertain then, and both together are not.
@@ -36,6 +38,16 @@ impl Fit {
             .filter(|(free, _)| free.freedom == Freedom::Calibration)
             .map(|(free, value)| TOLERANCE_SIGMAS * (value - free.neutral) / free.scale);
         0.5 * deviations.map(|d| d * d).sum::<f64>()
+    }
+
+    /// Standard error, to first order, of a quantity with this gradient with respect to some of the values.
+    pub fn standard_error(&self, gradient: &[(usize, f64)]) -> f64 {
+        let free = &self.hypothesis.free;
+        let part = |(a, da): (usize, f64), (b, db): (usize, f64)| {
+            da * db * free[a].scale * free[b].scale * self.covariance[(a, b)]
+        };
+        let all = gradient.iter().flat_map(|&a| gradient.iter().map(move |&b| part(a, b)));
+        all.sum::<f64>().max(0.0).sqrt()
     }
 
     /// The machine as fitted.
@@ -312,7 +324,7 @@ fn finish(objective: &Objective, values: Vec<f64>, care: Care) -> Result<Fit> {
     let standard_errors = (0..count).map(|k| covariance[(k, k)].max(0.0).sqrt() * free[k].scale).collect();
     let effects = objective.hypothesis.effects.iter().copied();
     let shown = effects.filter(|&effect| shows(effect, free, &values, &covariance)).collect();
-    Ok(Fit { hypothesis: objective.hypothesis.clone(), values, standard_errors, shown })
+    Ok(Fit { hypothesis: objective.hypothesis.clone(), values, standard_errors, covariance, shown })
 }
 
 /// 95 % quantiles of χ² with one to four degrees of freedom.

@@ -33,6 +33,9 @@ pub struct Found {
     pub chosen: usize,
     /// Posterior probability of each candidate.
     pub posterior: Vec<f64>,
+    /// A candidate with a law that generalises another, and the chosen one with the simpler law that stands beside it: these
+    /// data do not decide between them.
+    pub(super) beside: Option<(usize, usize)>,
     /// Effects that may be named.
     pub(super) catalogue: Vec<EffectId>,
     /// What fits that build on a candidate need of it.
@@ -56,7 +59,7 @@ pub const DECIDED: f64 = 0.7;
 pub const ADEQUATE_GAP: f64 = 1.25;
 /// An explanation that is not adequate still stands where it leaves no more than this gap and closes this share.
 const SMALL_GAP: f64 = 3.0;
-const LARGELY_CLOSED: f64 = 0.9;
+pub(super) const LARGELY_CLOSED: f64 = 0.9;
 /// Log-likelihood by which a cause must predict better than a twin whose calibration leaves no gap.
 const OVERWHELMING: f64 = 20.0;
 /// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
@@ -67,11 +70,6 @@ const MATERIAL_SHARE: f64 = 0.003;
 const LARGE_SHARE_OF_REST: f64 = 0.5;
 /// An explanation cannot fall below this mean square: noise itself, with some of it taken for signal.
 const LEAST_LEFT: f64 = 0.9;
-
-/// Whether an explanation that leaves this gap and closes this share of it stands: noise, or little more, is all that is left.
-pub fn stands(gap: f64, share: f64) -> bool {
-    gap <= ADEQUATE_GAP || (gap <= SMALL_GAP && share >= LARGELY_CLOSED)
-}
 
 impl Found {
     pub(super) fn effects(&self) -> &EffectSet {
@@ -112,22 +110,63 @@ impl Found {
             && self.beyond_chance(self.chosen, 0)
     }
 
+    /// Share of the gap that a candidate closes; what calibration closes by itself is no merit of its causes.
+    pub(super) fn share(&self, index: usize, before: &Score) -> f64 {
+        let after = &self.candidates[index].score;
+        closed(before, after).value.min(closed(&self.candidates[0].score, after).value)
+    }
+
+    /// Whether a candidate stands as an explanation: noise, or little more beside a large gap that it closes, is all that it
+    /// leaves.
+    pub(super) fn stands(&self, index: usize, before: &Score) -> bool {
+        let gap = self.candidates[index].score.gap();
+        gap <= ADEQUATE_GAP || (gap <= SMALL_GAP && self.share(index, before) >= LARGELY_CLOSED)
+    }
+
     /// The explanation with simpler laws in the place of a chosen one that generalises them, where by itself it would stand
     /// as the cause: every guide yields a little before it slides and sticks a little more than it slides, and what that
     /// leaves of a large gap decides between the laws only where it is more than a small gap.
     pub(super) fn plainer(&self, before: &Score) -> Option<usize> {
-        let laws = self.effects().iter().copied().filter(|e| !e.supersedes().is_empty());
-        let plain: Vec<EffectSet> = laws.map(|law| self.plain(self.chosen, law)).collect();
         let simpler = (0..self.candidates.len()).filter(|&k| {
-            let candidate = &self.candidates[k];
-            let share = closed(&self.candidates[0].score, &candidate.score).value;
-            plain.iter().any(|plain| candidate.effects().is_subset(plain))
-                && !candidate.effects().is_empty()
-                && candidate.thorough
+            self.is_plain_of(k, self.chosen)
+                && self.candidates[k].thorough
                 && self.is_resolved(k)
-                && stands(candidate.score.gap(), share.min(closed(before, &candidate.score).value))
+                && self.stands(k, before)
         });
         self.best_of(&simpler.collect::<Vec<_>>())
+    }
+
+    /// Whether a candidate is another one with simpler laws in the place of one that generalises them, and else the same.
+    fn is_plain_of(&self, index: usize, general: usize) -> bool {
+        let (own, other) = (self.candidates[index].effects(), self.candidates[general].effects());
+        let laws = other.difference(own).copied().filter(|e| !e.supersedes().is_empty());
+        let laws: Vec<EffectId> = laws.collect();
+        let [law] = laws[..] else { return false };
+        let rest: EffectSet = other.iter().copied().filter(|e| *e != law).collect();
+        own.len() > rest.len() && own.is_superset(&rest) && own.is_subset(&self.plain(general, law))
+    }
+
+    /// Lets a chosen explanation stand beside one with a law that generalises its own, where it stands by itself and the other
+    /// one has the probability: it, and all others without that law, are then counted as if it predicted as well.
+    pub(super) fn let_stand_beside(&mut self, before: &Score) {
+        let most =
+            (0..self.candidates.len()).max_by(|&a, &b| self.posterior[a].total_cmp(&self.posterior[b]));
+        let Some(law) = most else { return };
+        let is_beside = self.is_plain_of(self.chosen, law)
+            && self.stands(self.chosen, before)
+            && self.likelihood(law) > self.likelihood(self.chosen);
+        if is_beside {
+            self.beside = Some((law, self.chosen));
+            self.posterior = posterior(self, before);
+        }
+    }
+
+    /// Whether a candidate lacks the law beside which the chosen one stands.
+    fn is_simple(&self, index: usize) -> bool {
+        self.beside.is_some_and(|(law, plain)| {
+            let laws = self.candidates[law].effects().difference(self.candidates[plain].effects());
+            laws.copied().all(|law| !self.candidates[index].effects().contains(&law))
+        })
     }
 
     pub(super) fn is_adequate(&self, index: usize) -> bool {
@@ -297,20 +336,19 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
         })
         .collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
+    let simple: Vec<bool> = (0..candidates.len()).map(|index| found.is_simple(index)).collect();
     let mut sum = vec![0.0; candidates.len()];
     for weights in bootstrap(best.blocks(), DRAWS) {
-        let merits: Vec<f64> = candidates
-            .iter()
-            .zip(&blocks)
-            .zip(&stands)
-            .map(|((candidate, block), stands)| {
-                if !stands {
-                    return f64::NEG_INFINITY;
-                }
-                let likelihood: f64 = block.iter().zip(&weights).map(|(l, w)| l * w).sum();
-                likelihood - price(candidate.effects()) - candidate.fit.strain()
-            })
-            .collect();
+        let likelihood = |k: usize| blocks[k].iter().zip(&weights).map(|(l, w)| l * w).sum::<f64>();
+        let lift = found.beside.map_or(0.0, |(law, plain)| likelihood(law) - likelihood(plain));
+        let merit = |(k, candidate): (usize, &Candidate)| {
+            if !stands[k] {
+                return f64::NEG_INFINITY;
+            }
+            let lift = if simple[k] { lift } else { 0.0 };
+            likelihood(k) + lift - price(candidate.effects()) - candidate.fit.strain()
+        };
+        let merits: Vec<f64> = candidates.iter().enumerate().map(merit).collect();
         let most = merits.iter().copied().fold(f64::MIN, f64::max);
         let total: f64 = merits.iter().map(|m| (m - most).exp()).sum();
         for (sum, merit) in sum.iter_mut().zip(&merits) {
@@ -324,6 +362,7 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::diagnose::conclude;
+    use crate::diagnose::folds::Folds;
     use crate::diagnose::hypothesis::{Free, Hypothesis};
     use crate::diagnose::verdict::Verdict;
 
@@ -348,6 +387,7 @@ mod tests {
         let fit = Fit {
             values: vec![value; free.len()],
             standard_errors: vec![0.1; free.len()],
+            covariance: nalgebra::DMatrix::from_diagonal_element(free.len(), free.len(), 0.01),
             shown: effects.clone(),
             hypothesis: Hypothesis { effects, free, starts: vec![] },
         };
@@ -356,7 +396,7 @@ mod tests {
 
     fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {
         let catalogue = EffectId::ALL.to_vec();
-        Found { candidates, chosen, posterior: vec![], catalogue, bases: BTreeMap::new() }
+        Found { candidates, chosen, posterior: vec![], beside: None, catalogue, bases: BTreeMap::new() }
     }
 
     /// Beside a gap of 100, what closes half of the rest is named, what closes 0.3 % of all is named, and less is not.
@@ -432,6 +472,48 @@ mod tests {
         // The twin as it is is no simpler law.
         let all = vec![candidate(&[], 0.0, 1.2), candidate(&[EffectId::Presliding], 1.0, 0.9)];
         assert_eq!(found(all, 1).plainer(&before), None);
+    }
+
+    /// A simpler law that stands, and the law that generalises it and predicts much better, have about the same probability, and the
+    /// verdict is open between them.
+    #[test]
+    fn exact_a_simpler_law_stands_beside_the_one_that_generalises_it() {
+        const PRESLIDING: EffectId = EffectId::Presliding;
+        let before = Score::even(1e4);
+        let all = vec![
+            candidate(&[], 0.0, 1e4),
+            candidate(&[COULOMB], 1.0, 4.0),
+            candidate(&[PRESLIDING], 1.0, 1.0),
+            candidate(&[BACKLASH], 1.0, 90.0),
+        ];
+        let mut found = found(all, 1);
+        found.posterior = posterior(&found, &before);
+        assert!(found.posterior[2] > 0.99 && found.posterior[1] < 1e-9, "{:?}", found.posterior);
+        found.let_stand_beside(&before);
+        assert!(found.posterior[1] > 0.3 && found.posterior[2] > 0.05, "{:?}", found.posterior);
+        assert!(found.posterior[3] < 1e-9);
+        assert_eq!(conclude::verdict(&found, &before, true), Verdict::Undecided);
+        let folds = Folds { predicted_closed: 1.0, values: vec![] };
+        let causes = conclude::causes(&found, &before, &folds);
+        assert_eq!((causes.len(), &causes[0].confusable_with[..]), (1, &["presliding".to_owned()][..]));
+    }
+
+    /// What predicts far better and was not chosen for other reasons is no equal of what was.
+    #[test]
+    fn exact_what_predicts_far_better_is_not_confusable() {
+        let before = Score::even(1e4);
+        let all = vec![
+            candidate(&[], 0.0, 1e4),
+            candidate(&[COULOMB], 1.0, 900.0),
+            candidate(&[BACKLASH], 10.0, 4.0),
+            candidate(&[EffectId::LoopDelay], 1.0, 900.0),
+        ];
+        let mut found = found(all, 1);
+        found.posterior = posterior(&found, &before);
+        let folds = Folds { predicted_closed: 1.0, values: vec![] };
+        assert!(conclude::causes(&found, &before, &folds)[0].confusable_with.is_empty());
+        let rivals = conclude::open_rivals(&found, Verdict::Undecided);
+        assert!(rivals.iter().all(|rival| rival.weight.is_finite()));
     }
 
     /// Five times a noise that was seen is more than a detail, however large the gap was; of noise that is only stated nobody

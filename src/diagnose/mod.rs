@@ -3,6 +3,7 @@
 //! The procedure is its own definition: check → floor → locate → hypothesise and fit (training runs only) →
 //! compare (held-out runs only) → conclude.
 
+mod amplitude;
 pub mod check;
 pub mod compare;
 mod conclude;
@@ -89,7 +90,7 @@ fn diagnose_beside(
         }
     }
     if ready.before.mean_square() < 1.0 + evidence::LEAST_EXCESS || found.calibration_settles() {
-        // The held-out runs show no gap, or none beyond the tolerances: there is nothing that a cause could explain.
+        // The held-out runs show no gap, or none beyond the tolerances that a cause explains overwhelmingly better.
         found.chosen = 0;
     }
     let diagnosis = ready.conclude(found, recording, options)?;
@@ -163,13 +164,13 @@ impl<'a> Ready<'a> {
         let (found, predicted) = (&found, folds.predicted_closed);
         let chosen = &found.candidates[found.chosen];
         let verdict = conclude::verdict(found, &self.before, self.floor.is_measured());
-        let mut causes = conclude::causes(found, &self.before);
+        let mut causes = conclude::causes(found, &self.before, &folds);
         let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
         let improved = chosen.fit.machine(self.machine)?;
         let mut gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
-            predicted,
+            (found.share(found.chosen, &self.before), predicted),
             &self.held_out,
             &self.floor,
         )?;

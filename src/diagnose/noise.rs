@@ -40,7 +40,7 @@ pub struct Floor {
 
 /// Noise seen at standstill bears out the noise stated where it is at least this share of it: a stuck axis is quieter than a
 /// moving one.
-const BORNE_OUT: f64 = 0.3;
+const BORNE_OUT: f64 = 1.0 / 3.0;
 /// Floors this close in RMS are the same.
 const SAME_FLOOR: f64 = 0.1;
 /// Fraction of a signal's RMS below which a floor would only measure rounding of numbers.
@@ -67,11 +67,9 @@ impl Floor {
         let mut levels = BTreeMap::new();
         let mut is_measured = true;
         for signal in experiments.iter().flat_map(|e| e.signals()).copied() {
-            let size = match size(experiments, signal) {
-                // A signal that is zero throughout: any σ serves, it must only be a number.
-                0.0 => 1.0,
-                size => size,
-            };
+            let own_size = size(experiments, signal);
+            // Of a signal that is zero throughout any σ serves, it must only be a number.
+            let size = if own_size == 0.0 { 1.0 } else { own_size };
             let least = LEAST_FRACTION * size;
             let still = dwell.get(&signal).map(|&sigma| (sigma, Source::Dwell));
             let stated = declared.level(signal).map(|sigma| (sigma, Source::Declared));
@@ -81,7 +79,8 @@ impl Floor {
                 .filter(|(sigma, _)| *sigma > least)
                 .unwrap_or((ASSUMED_FRACTION * size, Source::Assumed));
             let seen = repeated.or(still).map_or(0.0, |(sigma, _)| sigma);
-            is_measured &= seen >= BORNE_OUT * level.0;
+            // A signal that is zero throughout says nothing of its noise, and has no gap either.
+            is_measured &= own_size == 0.0 || seen >= BORNE_OUT * level.0;
             levels.insert(signal, level);
         }
         let profiles = declared.profiles(&levels);
@@ -170,7 +169,8 @@ impl Floor {
         self.levels.get(&signal).map_or(1.0, |level| level.0)
     }
 
-    /// Whether the noise of every signal was seen in the recording, in repeats or at standstill, and not only stated.
+    /// Whether the noise of every signal was seen in the recording and not only stated: in repeats, or at standstill as at least
+    /// a third of what is stated.
     pub fn is_measured(&self) -> bool {
         self.is_measured
     }

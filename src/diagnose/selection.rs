@@ -51,6 +51,7 @@ impl Search<'_> {
             candidates: Vec::new(),
             chosen: 0,
             posterior: Vec::new(),
+            beside: None,
             catalogue: self.catalogue.to_vec(),
             bases: BTreeMap::new(),
         };
@@ -86,6 +87,7 @@ impl Search<'_> {
             found.chosen = plainer;
             found.posterior = posterior(&found, before);
         }
+        found.let_stand_beside(before);
         Ok(found)
     }
 

@@ -1,6 +1,7 @@
 //! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
 
 use super::check::Finding;
+use super::found::{DECIDED, LARGELY_CLOSED};
 use super::next_experiment::NextExperiment;
 use super::noise::Source;
 use super::prove::RigidBody;
@@ -22,6 +23,9 @@ pub enum Verdict {
     /// There is a gap that no effect of the catalogue explains.
     Unknown,
 }
+
+/// 97.5 % quantile of the normal distribution.
+pub(super) const NORMAL_975: f64 = 1.959_964;
 
 /// A fitted number with its interval.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -54,6 +58,25 @@ pub struct Cause {
     pub confusable_reason: Option<String>,
     /// Its parameters.
     pub parameters: BTreeMap<String, Parameter>,
+    /// Amplitudes of its waves, each of a sine and a cosine among the parameters.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub amplitudes: BTreeMap<String, Parameter>,
+}
+
+impl Cause {
+    /// What an engineer asks for: amplitudes in the place of sines and cosines.
+    pub fn told(&self) -> impl Iterator<Item = (&String, &Parameter)> {
+        let of_wave = |key: &str| {
+            let rest = key.strip_prefix("sine").or_else(|| key.strip_prefix("cosine"));
+            rest.is_some_and(|rest| self.amplitudes.contains_key(&format!("amplitude{rest}")))
+        };
+        self.amplitudes.iter().chain(self.parameters.iter().filter(move |(key, _)| !of_wave(key)))
+    }
+
+    /// Every number: amplitudes, then parameters.
+    pub fn numbers(&self) -> impl Iterator<Item = (&String, &Parameter)> {
+        self.amplitudes.iter().chain(&self.parameters)
+    }
 }
 
 /// Probability that one effect of the catalogue acts.
@@ -128,6 +151,11 @@ pub struct Gap {
     pub closed: f64,
     /// Its 95 % interval.
     pub closed_ci95: [f64; 2],
+    /// The smaller of this share and that of what calibration alone leaves: what is to the causes' credit.
+    pub closed_beside_calibration: f64,
+    /// Whether the noise of every signal was seen in the recording: in repeats, or at standstill as at least a third of what is
+    /// stated. A multiple of it is then known as such.
+    pub noise_is_measured: bool,
     /// What cross-validation inside the training runs predicted.
     pub predicted_closed: f64,
     /// The same in the rigid-body scene; none without causes, and where the scene cannot be built.
@@ -136,14 +164,14 @@ pub struct Gap {
     pub signals: Vec<SignalGap>,
 }
 
-/// Causes that close this share of the gap are found, whatever is left open beside them.
-const MOSTLY_CLOSED: f64 = 0.9;
-
 impl Diagnosis {
-    /// Whether the verdict is `unknown` though the causes named close most of the gap: part of the cause is found, and what is
-    /// left is more than noise and has no name.
+    /// Whether the verdict is `unknown` though the causes named are certain and close most of what calibration leaves: part of
+    /// the cause is found, and what is left is more than noise and has no name.
     pub fn is_found_in_part(&self) -> bool {
-        self.verdict == Verdict::Unknown && !self.causes.is_empty() && self.gap.closed >= MOSTLY_CLOSED
+        self.verdict == Verdict::Unknown
+            && !self.causes.is_empty()
+            && self.causes.iter().all(|cause| cause.probability >= DECIDED)
+            && self.gap.closed_beside_calibration >= LARGELY_CLOSED
     }
 }
 

@@ -52,7 +52,7 @@ fn table(causes: &[Cause]) -> Table {
     let mut table =
         Table::new(&[("parameter", Left), ("before", Right), ("after", Right), ("change", Right)]);
     for cause in causes {
-        for (key, parameter) in &cause.parameters {
+        for (key, parameter) in cause.numbers() {
             table.row(vec![
                 format!("{}.{key}", cause.effect),
                 twin(parameter),
@@ -111,8 +111,7 @@ fn is_found(diagnosis: &Diagnosis) -> bool {
 fn part(cause: &Cause) -> String {
     let alone = cause.parameters.len() == 1;
     let parameters: Vec<String> = cause
-        .parameters
-        .iter()
+        .told()
         .filter(|(_, parameter)| alone || is_resolved(parameter))
         .map(|(key, parameter)| {
             let numbers = match parameter.twin.is_finite() {

@@ -152,7 +152,10 @@ pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
             "Repair or set back what changed. For a twin of the machine as it is now, diagnose the recording alone."
         }
         Verdict::Cause => "Give the twin what it lacks, in machine.toml, and diagnose again:",
-        Verdict::Unknown if diagnosis.is_found_in_part() && !compares => {
+        Verdict::Unknown if diagnosis.is_found_in_part() && compares => {
+            "Repair or set back what changed, and look at the machine where the rest is largest."
+        }
+        Verdict::Unknown if diagnosis.is_found_in_part() => {
             "Give the twin what it lacks, in machine.toml, and look at the machine where the rest is largest:"
         }
         Verdict::Undecided => {

@@ -157,10 +157,9 @@ fn without_unit(key: &str) -> &str {
 pub(super) fn described(cause: &Cause) -> String {
     let alone = cause.parameters.len() == 1;
     // What is nothing within its interval is left to the table, unless nothing else would be told.
-    let tells = cause.parameters.values().any(is_resolved);
+    let tells = cause.told().any(|(_, parameter)| is_resolved(parameter));
     let parameters: Vec<String> = cause
-        .parameters
-        .iter()
+        .told()
         .filter(|(_, parameter)| !tells || is_resolved(parameter))
         .map(|(key, parameter)| {
             let number = brief(parameter);

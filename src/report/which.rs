@@ -80,7 +80,7 @@ fn parameters(causes: &[Cause]) -> Table {
     let mut table =
         Table::new(&[("parameter", Left), ("value", Right), ("95 % interval", Right), ("twin has", Right)]);
     for cause in causes {
-        for (name, parameter) in &cause.parameters {
+        for (name, parameter) in cause.numbers() {
             table.row(vec![
                 format!("{}.{name}", cause.effect),
                 estimate(parameter),

@@ -34,12 +34,15 @@ pub fn equals(effect: EffectId, machine: &Machine, logged: &[Signal]) -> Vec<Eff
 /// that hold it as a special case.
 ///
 /// # Model
-/// f·Kt·i = m·a + c·v is Kt·i = (m/f)·a + (c/f)·v: where no force is logged, a payload stands in for a force constant or an
-/// encoder scale, and they for it, with drag calibrated by the same factor.
+/// f·Kt·i = m·a + c·v is Kt·i = (m/f)·a + (c/f)·v: where no force is logged, a payload stands in for a force constant, and with
+/// one position sensor for an encoder scale, and they for it, with drag calibrated by the same factor.
 pub fn struck(effect: EffectId, machine: &Machine, logged: &[Signal]) -> Vec<EffectId> {
-    let alike = [EffectId::ForceConstant, EffectId::EncoderScale, EffectId::Payload];
-    let stand_ins =
-        alike.into_iter().filter(|_| alike.contains(&effect) && !logged.contains(&Signal::Thrust));
+    let one_sensor = !logged.contains(&Signal::LoadPosition);
+    let alike =
+        [(EffectId::ForceConstant, true), (EffectId::Payload, true), (EffectId::EncoderScale, one_sensor)];
+    let alike = alike.into_iter().filter(|(_, holds)| *holds && !logged.contains(&Signal::Thrust));
+    let alike: Vec<EffectId> = alike.map(|(effect, _)| effect).collect();
+    let stand_ins = alike.iter().copied().filter(|_| alike.contains(&effect));
     let equals = equals(effect, machine, logged);
     let own: BTreeSet<EffectId> = std::iter::once(effect).chain(equals).chain(stand_ins).collect();
     let holds = |law: &EffectId| {

@@ -179,6 +179,7 @@ mod tests {
     use super::*;
     use crate::diagnose::hypothesis::{EffectSet, Hypothesis};
     use crate::units::Motion;
+    use nalgebra::DMatrix;
     use std::path::Path;
 
     /// What was recorded is known to be safe: three times its effort may be asked for and no more, whatever the amplifier can do.
@@ -187,7 +188,13 @@ mod tests {
         let machine = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
         let effects = EffectSet::new();
         let hypothesis = Hypothesis { effects: effects.clone(), free: vec![], starts: vec![] };
-        let truth = Fit { hypothesis, values: vec![], standard_errors: vec![], shown: effects };
+        let truth = Fit {
+            hypothesis,
+            values: vec![],
+            standard_errors: vec![],
+            covariance: DMatrix::zeros(0, 0),
+            shown: effects,
+        };
         let plan = |feed: f64| Plan {
             motion: Motion::Prismatic,
             strokes: vec![0.03; 2],

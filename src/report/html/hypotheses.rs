@@ -42,7 +42,7 @@ fn cause(cause: &Cause, had: &str) -> Vec<String> {
         cause.site.clone(),
         probability(cause.probability),
         crate::report::number::percent(cause.closes),
-        cause.parameters.iter().map(parameter).collect::<Vec<_>>().join("\n"),
+        cause.numbers().map(parameter).collect::<Vec<_>>().join("\n"),
         confusable(cause),
     ]
 }
@@ -181,7 +181,7 @@ pub(super) fn changes(diagnosis: &Diagnosis) -> Part {
         .causes
         .iter()
         .flat_map(|cause| {
-            cause.parameters.iter().map(|(key, parameter)| {
+            cause.numbers().map(|(key, parameter)| {
                 vec![
                     format!("{}, {}", phrase(&cause.effect), name(key)),
                     twin(parameter),
