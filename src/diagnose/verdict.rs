@@ -18,7 +18,7 @@ pub enum Verdict {
     NoGap,
     /// One or several effects explain the gap.
     Cause,
-    /// Several explanations do equally well on the held-out runs.
+    /// Several explanations do equally well on the held-out runs, or a simpler law and one that generalises it both stand.
     Undecided,
     /// There is a gap that no effect of the catalogue explains.
     Unknown,

@@ -145,7 +145,8 @@ pub trait Law: Sized {
     const PHRASE: &'static str;
     /// Effects whose say it takes over.
     const SUPERSEDES: &'static [EffectId] = &[];
-    /// Simpler effects that together may do what it does: it is named only where it does better than all of them.
+    /// Simpler effects that together may do what it does: it is named only where it does better than all of them, and
+    /// alone only where they do not stand by themselves.
     const STANDS_FOR: &'static [EffectId] = Self::SUPERSEDES;
     /// How much rarer than others it is, as the logarithm of odds: what decides where data cannot, because the law
     /// is another one's equal on them.

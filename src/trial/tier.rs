@@ -17,7 +17,7 @@ pub enum Tier {
     Single,
     /// Two effects that can act beside each other.
     Pair,
-    /// One effect, struck from the catalogue together with those that contain it or are its equal.
+    /// One effect, struck from the catalogue together with those that contain it, are its equal or stand in for it.
     Outside,
     /// One effect beside nominal parameters that are all off together by a third of their tolerance.
     Poor,

@@ -12,7 +12,7 @@ pub enum Came {
     NoGap,
     /// Causes are named.
     Cause,
-    /// Several explanations do equally well.
+    /// Several explanations are left.
     Undecided,
     /// No effect of the catalogue explains the gap.
     Unknown,
