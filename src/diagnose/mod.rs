@@ -27,6 +27,7 @@ mod run_setting;
 mod segments;
 pub mod selection;
 pub mod shape;
+mod standing;
 pub mod verdict;
 pub mod visibility;
 

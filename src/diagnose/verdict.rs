@@ -1,11 +1,12 @@
 //! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
 
 use super::check::Finding;
-use super::found::{DECIDED, LARGELY_CLOSED};
+use super::found::DECIDED;
 use super::next_experiment::NextExperiment;
 use super::noise::Source;
 use super::prove::RigidBody;
 use super::shape::Shape;
+use super::standing::LARGELY_CLOSED;
 use super::visibility::NotExamined;
 use serde::Serialize;
 use std::collections::BTreeMap;
