@@ -431,7 +431,8 @@ fn exact_json_that_cannot_be_written_is_refused_before_the_work() {
 fn exact_interrupted_diagnosis_leaves_nothing_half_written() {
     use std::os::unix::process::ExitStatusExt;
     const INTERRUPT: i32 = 2;
-    let desk = Desk::two_cells();
+    // Slow strokes make long runs: work for seconds.
+    let desk = Desk::new(&["0.04@1", "0.05@1", "0.05@2", "--held-out", "0.04@2"]);
     let out = desk.path("out");
     fs::create_dir(&out).unwrap();
     let entries = |path: &Path| -> Vec<PathBuf> {

@@ -447,7 +447,7 @@ fn exact_unknown_says_how_much_and_where() {
     );
     lacks(&plain, &["[effect."]);
     d.causes = vec![coulomb()];
-    d.gap.closed = 0.13;
+    (d.gap.closed, d.gap.closed_beside_calibration) = (0.13, 0.13);
     holds(&sliding(&d), &["explains (Coulomb friction closes 13 % of 41.2 × noise); it is largest"]);
 }
 
