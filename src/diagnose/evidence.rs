@@ -13,7 +13,7 @@ use crate::twin::Sensing;
 pub struct Score {
     /// One entry a block of consecutive samples, then one a channel: the recording's signals in their order, then what
     /// stands between two position sensors.
-    blocks: Vec<Vec<(Channel, f64, usize)>>,
+    blocks: Vec<Vec<Cell>>,
     /// Lag-summed autocorrelation of the residuals, per channel: 1 for white noise, more for structure.
     inflation: Vec<(Channel, f64)>,
     /// Of two position sensors, the one that tells nothing of the loop that the other and their difference do not tell.
@@ -29,6 +29,17 @@ enum Channel {
     BetweenSensors,
 }
 
+/// What a block of samples shows of one channel.
+#[derive(Debug, Clone, Copy)]
+struct Cell {
+    channel: Channel,
+    /// Sum of squared normalised residuals.
+    squares: f64,
+    /// Sum of ln(σ/σ₀), where the noise floor is not the one that all hypotheses share.
+    widening: f64,
+    samples: usize,
+}
+
 /// Blocks over all held-out runs together; fewer than twenty leave a bootstrap without spread.
 const BLOCKS: usize = 40;
 
@@ -38,20 +49,63 @@ impl Score {
     /// # Errors
     /// A setting of a run that the machine does not have.
     pub fn of(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Result<Self> {
-        let predict = |experiment: &Experiment| experiment.predict(machine, Sensing::Perfect);
-        let traces: Result<Vec<Traces>> = experiments.iter().map(predict).collect();
-        Ok(Self::of_traces(experiments, &traces?, floor))
+        let traces = predictions(machine, experiments)?;
+        Ok(Self::of_traces(experiments, &traces, floor))
+    }
+
+    /// Scores a machine whose noise floor is its own, among others that share a common one.
+    ///
+    /// # Model
+    /// ln L of a sample x of noise σ: −½·(x/σ)² − ln(σ/σ₀), with σ₀ that of the others. A hypothesis that explains larger residuals
+    /// by larger noise pays for what it allows itself.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub fn with_own_floor(
+        machine: &Machine,
+        experiments: &[Experiment],
+        [own, common]: [&Floor; 2],
+    ) -> Result<Self> {
+        let traces = predictions(machine, experiments)?;
+        let channels = |experiment: &Experiment, predicted: &Traces| {
+            let own_residuals = channels(experiment, predicted, own);
+            let widened = |(channel, residual): (Channel, Vec<f64>)| {
+                let widening = match channel {
+                    Channel::Signal(signal) => own.widening(common, experiment, signal),
+                    Channel::BetweenSensors => {
+                        let ratio = own.sigma_between_sensors() / common.sigma_between_sensors();
+                        vec![ratio.ln(); residual.len()]
+                    }
+                };
+                (channel, residual, widening)
+            };
+            own_residuals.into_iter().map(widened).collect()
+        };
+        Ok(Self::of_channels(experiments, &traces, channels))
     }
 
     /// Scores what was predicted for runs, one prediction a run.
     pub fn of_traces(experiments: &[Experiment], traces: &[Traces], floor: &Floor) -> Self {
+        let channels = |experiment: &Experiment, predicted: &Traces| {
+            let common = |(channel, residual): (Channel, Vec<f64>)| (channel, residual, Vec::new());
+            channels(experiment, predicted, floor).into_iter().map(common).collect()
+        };
+        Self::of_channels(experiments, traces, channels)
+    }
+
+    /// Scores normalised residuals, and ln(σ/σ₀) of each sample, none where that is zero throughout.
+    fn of_channels(
+        experiments: &[Experiment],
+        traces: &[Traces],
+        channels: impl Fn(&Experiment, &Traces) -> Vec<(Channel, Vec<f64>, Vec<f64>)>,
+    ) -> Self {
         let total: usize = experiments.iter().map(Experiment::samples).sum();
         let length = total.div_ceil(BLOCKS).max(1);
         let mut blocks = Vec::new();
         let mut lags: Vec<(Channel, f64, f64)> = Vec::new();
         for (experiment, predicted) in experiments.iter().zip(traces) {
-            let residuals = channels(experiment, predicted, floor);
-            for (channel, residual) in &residuals {
+            let residuals = channels(experiment, predicted);
+            for (channel, residual, _) in &residuals {
                 let weight = residual.len() as f64;
                 let inflation = inflation(residual);
                 match lags.iter_mut().find(|(c, ..)| c == channel) {
@@ -64,9 +118,11 @@ impl Score {
             }
             for from in (0..experiment.samples()).step_by(length) {
                 let to = (from + length).min(experiment.samples());
-                let block = residuals.iter().map(|(channel, r)| {
-                    let sum = r[from..to].iter().map(|x| x * x).sum();
-                    (*channel, sum, to - from)
+                let block = residuals.iter().map(|(channel, residual, widening)| Cell {
+                    channel: *channel,
+                    squares: residual[from..to].iter().map(|x| x * x).sum(),
+                    widening: widening.get(from..to).map_or(0.0, |ratios| ratios.iter().sum()),
+                    samples: to - from,
                 });
                 blocks.push(block.collect());
             }
@@ -105,13 +161,13 @@ impl Score {
         let mut sums: Vec<(Channel, f64, f64)> = Vec::new();
         for (k, block) in self.blocks.iter().enumerate() {
             let weight = weights.map_or(1.0, |w| w[k]);
-            for &(channel, sum, count) in block {
+            for &Cell { channel, squares, samples, .. } in block {
                 match sums.iter_mut().find(|(c, ..)| *c == channel) {
                     Some((_, total, counts)) => {
-                        *total += weight * sum;
-                        *counts += weight * count as f64;
+                        *total += weight * squares;
+                        *counts += weight * samples as f64;
                     }
-                    None => sums.push((channel, weight * sum, weight * count as f64)),
+                    None => sums.push((channel, weight * squares, weight * samples as f64)),
                 }
             }
         }
@@ -134,11 +190,12 @@ impl Score {
     pub fn log_likelihoods(&self, reference: &Self) -> Vec<f64> {
         let deflation = reference.channel_deflations();
         let second = self.second_sensor.map(Channel::Signal);
-        let score = |block: &Vec<(Channel, f64, usize)>| {
+        let score = |block: &Vec<Cell>| {
             let (mut mean, mut count, mut between) = (0.0, 0usize, 0.0);
-            for &(channel, sum, _) in block.iter().filter(|(channel, ..)| Some(*channel) != second) {
-                let value = sum * deflation(channel);
-                match channel {
+            for cell in block.iter().filter(|cell| Some(cell.channel) != second) {
+                let value = cell.squares * deflation(cell.channel)
+                    + 2.0 * cell.widening / reference.inflation_of(cell.channel);
+                match cell.channel {
                     Channel::BetweenSensors => between += value,
                     Channel::Signal(_) => (mean, count) = (mean + value, count + 1),
                 }
@@ -159,11 +216,27 @@ impl Score {
         let levels = self.channel_levels(None);
         let inflation = self.inflation.clone();
         move |channel| {
-            let find = |list: &[(Channel, f64)]| list.iter().find(|(c, _)| *c == channel).map(|x| x.1);
-            let level = find(&levels).unwrap_or(1.0).max(1.0);
-            1.0 / (level * find(&inflation).unwrap_or(1.0))
+            let level = of(&levels, channel).unwrap_or(1.0).max(1.0);
+            1.0 / (level * of(&inflation, channel).unwrap_or(1.0))
         }
     }
+
+    fn inflation_of(&self, channel: Channel) -> f64 {
+        of(&self.inflation, channel).unwrap_or(1.0)
+    }
+
+    /// The mean square of the signal that leaves least.
+    pub fn quietest(&self) -> f64 {
+        self.levels(None).iter().map(|(_, level)| *level).fold(f64::INFINITY, f64::min)
+    }
+}
+
+fn of(list: &[(Channel, f64)], channel: Channel) -> Option<f64> {
+    list.iter().find(|(c, _)| *c == channel).map(|(_, value)| *value)
+}
+
+fn predictions(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Traces>> {
+    experiments.iter().map(|experiment| experiment.predict(machine, Sensing::Perfect)).collect()
 }
 
 /// Normalised residuals of a run, channel by channel.
@@ -258,7 +331,7 @@ impl Score {
     /// A score whose residuals of one signal have this mean square throughout, each sample worth what it is.
     pub(super) fn even(mean_square: f64) -> Self {
         let channel = Channel::Signal(Signal::Position);
-        let block = vec![(channel, 50.0 * mean_square, 50)];
+        let block = vec![Cell { channel, squares: 50.0 * mean_square, widening: 0.0, samples: 50 }];
         Self { blocks: vec![block; BLOCKS], inflation: vec![(channel, 1.0)], second_sensor: None }
     }
 }
@@ -275,7 +348,9 @@ mod tests {
             Channel::Signal(Signal::LoadPosition),
             Channel::BetweenSensors,
         ];
-        let block = channels.iter().zip(sums).map(|(channel, sum)| (*channel, sum, 100)).collect();
+        let cell =
+            |(&channel, squares): (&Channel, f64)| Cell { channel, squares, widening: 0.0, samples: 100 };
+        let block = channels.iter().zip(sums).map(cell).collect();
         let inflation = channels.iter().map(|channel| (*channel, 5.0)).collect();
         Score { blocks: vec![block], inflation, second_sensor: Some(Signal::Position) }
     }

@@ -37,9 +37,16 @@ impl Folds {
     /// # Source
     /// B. Efron, *The Jackknife, the Bootstrap and Other Resampling Plans*, SIAM 1982, chapter 3.
     ///
+    /// The twin as it is is judged by the common noise floor, the hypothesis by its own.
+    ///
     /// # Errors
     /// Whatever a replay refuses.
-    pub fn of(machine: &Machine, chosen: &Fit, training: &[Experiment], floor: &Floor) -> Result<Self> {
+    pub fn of(
+        machine: &Machine,
+        chosen: &Fit,
+        training: &[Experiment],
+        [common, own]: [&Floor; 2],
+    ) -> Result<Self> {
         let (mut before, mut after) = (0.0, 0.0);
         let mut all: Vec<Vec<f64>> = Vec::new();
         for left_out in 0..training.len() {
@@ -49,10 +56,10 @@ impl Folds {
                 chosen.values.clone()
             } else {
                 let warm = Some(chosen.values.as_slice());
-                fit(machine, &chosen.hypothesis, &rest, floor, warm, Care::Thorough)?.values
+                fit(machine, &chosen.hypothesis, &rest, common, warm, Care::Thorough)?.values
             };
-            before += Score::of(machine, test, floor)?.mean_square();
-            after += Score::of(&chosen.hypothesis.machine(machine, &values)?, test, floor)?.mean_square();
+            before += Score::of(machine, test, common)?.mean_square();
+            after += Score::of(&chosen.hypothesis.machine(machine, &values)?, test, own)?.mean_square();
             all.push(values);
         }
         let count = training.len() as f64;

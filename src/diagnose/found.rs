@@ -14,6 +14,8 @@ pub struct Candidate {
     pub fit: Fit,
     /// Its score on the held-out runs.
     pub score: Score,
+    /// Whether the score is by a noise floor of its own: its effects make noise.
+    pub has_own_floor: bool,
     /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
     pub thorough: bool,
 }
@@ -202,8 +204,12 @@ impl Found {
     pub fn is_refinement(&self, index: usize, before: &Score) -> bool {
         let (other, chosen) = (&self.candidates[index].score, &self.candidates[self.chosen].score);
         let (more, own) = (self.candidates[index].effects(), self.effects());
-        let is_fuller = more.len() > own.len() || more.difference(own).any(|e| !e.supersedes().is_empty());
-        // Beside an explanation that leaves nothing open, whatever does as well is its rival; so is another one as simple.
+        let numbers = |k: usize| self.candidates[k].fit.hypothesis.numbers();
+        let is_fuller = more.len() > own.len()
+            || numbers(index) > numbers(self.chosen)
+            || more.difference(own).any(|e| !e.supersedes().is_empty());
+        // Beside an explanation that leaves nothing open, whatever does as well is its rival; so is another one as simple,
+        // in effects and in numbers.
         index != self.chosen
             && is_fuller
             && !self.is_adequate(self.chosen)
@@ -329,7 +335,7 @@ pub(super) mod tests {
             shown: effects.clone(),
             hypothesis: Hypothesis { effects, free, starts: vec![] },
         };
-        Candidate { fit, score: Score::even(mean_square), thorough: true }
+        Candidate { fit, score: Score::even(mean_square), has_own_floor: false, thorough: true }
     }
 
     pub(in crate::diagnose) fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {

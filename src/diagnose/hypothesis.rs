@@ -90,6 +90,11 @@ impl Hypothesis {
         Some(Self { effects: effects.clone(), free, starts })
     }
 
+    /// How many numbers its effects have.
+    pub fn numbers(&self) -> usize {
+        self.free.iter().filter(|free| free.freedom == Freedom::Cause).count()
+    }
+
     /// The numbers of one effect as a fit left them.
     fn of_effect(&self, effect: EffectId, values: &[f64]) -> Option<(Vec<Free>, Vec<f64>)> {
         let own = |(free, _): &(&Free, &f64)| free.effect == effect && free.freedom == Freedom::Cause;

@@ -11,6 +11,7 @@ pub mod cut;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;
+mod floors;
 mod folds;
 pub mod found;
 pub mod hypothesis;
@@ -41,8 +42,9 @@ use crate::machine::Machine;
 use crate::recording::{HeldOutRuns, Recording, Signal, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
+use floors::Floors;
 use folds::Folds;
-use found::Found;
+use found::{Candidate, Found};
 use next_experiment::NextExperiment;
 use noise::Floor;
 use selection::Search;
@@ -86,7 +88,8 @@ fn diagnose_beside(
     let mut found = ready.search(options, None)?;
     if !found.candidates[found.chosen].effects().is_empty() {
         // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
-        if ready.set_floor(&found.candidates[found.chosen].fit.machine(machine)?)? {
+        let twin = floors::without_noise(machine, &found.candidates[found.chosen].fit)?;
+        if ready.set_floors(&twin)? {
             found = ready.search(options, Some(&found))?;
         }
     }
@@ -103,7 +106,7 @@ struct Ready<'a> {
     machine: &'a Machine,
     training: Vec<Experiment>,
     held_out: Vec<Experiment>,
-    floor: Floor,
+    floors: Floors,
     before: Score,
     /// Stretches of the signal path that show no gap of their own.
     clean: Vec<cut::Cut>,
@@ -122,23 +125,28 @@ impl<'a> Ready<'a> {
             runs.iter().map(|run| Experiment::new(run, machine)).collect()
         };
         let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
-        let all: Vec<&Experiment> = training.iter().chain(&held_out).collect();
-        let floor = Floor::estimate(machine, &all)?.beside(&left);
-        let before = Score::of(machine, &held_out, &floor)?;
+        let floors = Floors::estimate(machine, &training, &held_out, &left)?;
+        let before = Score::of(machine, &held_out, &floors.common)?;
         let clean = cut::clean(machine, &training)?;
-        Ok(Self { machine, training, held_out, floor, before, clean, left })
+        Ok(Self { machine, training, held_out, floors, before, clean, left })
     }
 
-    /// Takes the noise floor of another twin of the same machine; tells whether it is another floor.
-    fn set_floor(&mut self, twin: &Machine) -> Result<bool> {
-        let all: Vec<&Experiment> = self.training.iter().chain(&self.held_out).collect();
-        let floor = Floor::estimate(twin, &all)?.beside(&self.left);
-        if floor.is_like(&self.floor, &self.training) && floor.is_like(&self.floor, &self.held_out) {
+    /// Takes the noise floors of another twin of the same machine; tells whether they are others.
+    fn set_floors(&mut self, twin: &Machine) -> Result<bool> {
+        let floors = Floors::estimate(twin, &self.training, &self.held_out, &self.left)?;
+        let is_like = |runs: &[Experiment]| floors.common.is_like(&self.floors.common, runs);
+        if is_like(&self.training) && is_like(&self.held_out) {
             return Ok(false);
         }
-        self.floor = floor;
-        self.before = Score::of(self.machine, &self.held_out, &self.floor)?;
+        self.floors = floors;
+        self.before = Score::of(self.machine, &self.held_out, &self.floors.common)?;
         Ok(true)
+    }
+
+    /// The noise floor of a candidate.
+    fn floor_of(&self, candidate: &Candidate) -> &Floor {
+        let own = self.floors.own(candidate.effects()).filter(|_| candidate.has_own_floor);
+        own.unwrap_or(&self.floors.common)
     }
 
     fn search(&self, options: &Options, earlier: Option<&Found>) -> Result<Found> {
@@ -150,7 +158,7 @@ impl<'a> Ready<'a> {
             machine: self.machine,
             training: &self.training,
             held_out: &self.held_out,
-            floor: &self.floor,
+            floors: &self.floors,
             catalogue: &catalogue,
             earlier,
             progress: options.progress,
@@ -159,12 +167,13 @@ impl<'a> Ready<'a> {
     }
 
     fn conclude(&self, mut found: Found, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+        let floor = self.floor_of(&found.candidates[found.chosen]);
         let chosen = &mut found.candidates[found.chosen];
-        let folds = Folds::of(self.machine, &chosen.fit, &self.training, &self.floor)?;
+        let folds = Folds::of(self.machine, &chosen.fit, &self.training, [&self.floors.common, floor])?;
         chosen.fit.standard_errors = folds.widened(&chosen.fit.standard_errors);
         let (found, predicted) = (&found, folds.predicted_closed);
         let chosen = &found.candidates[found.chosen];
-        let verdict = conclude::verdict(found, &self.before, self.floor.is_measured());
+        let verdict = conclude::verdict(found, &self.before, floor.is_measured());
         let mut causes = conclude::causes(found, &self.before, &folds);
         let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
         let improved = chosen.fit.machine(self.machine)?;
@@ -173,18 +182,19 @@ impl<'a> Ready<'a> {
             [&self.before, &chosen.score],
             (found.share(found.chosen, &self.before), predicted),
             &self.held_out,
-            &self.floor,
+            floor,
         )?;
         if !causes.is_empty() {
-            gap.rigid_body = prove::rigid_body([self.machine, &improved], &self.held_out, &self.floor);
+            let floors = [&self.floors.common, floor];
+            gap.rigid_body = prove::rigid_body([self.machine, &improved], &self.held_out, floors);
         }
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
-        let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floor)?;
+        let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floors.common)?;
         conclude::sites(&mut place, &causes, unexplained);
         let left = match verdict {
             Verdict::NoGap => None,
             _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
-            _ => Some(shape::shape(&improved, &self.held_out, &self.floor)?),
+            _ => Some(shape::shape(&improved, &self.held_out, floor)?),
         };
         let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         Ok(Diagnosis {
@@ -206,6 +216,7 @@ impl<'a> Ready<'a> {
                 check::check(self.machine, &self.training, &self.held_out),
                 visibility::findings(&self.training),
                 visibility::findings(&self.held_out),
+                chosen.has_own_floor.then(check::coarse_readings).into_iter().collect(),
             ]
             .concat(),
             data: verdict::Data {
@@ -235,7 +246,7 @@ impl<'a> Ready<'a> {
             machine: self.machine,
             training: &self.training,
             held_out: &self.held_out,
-            floor: &self.floor,
+            floor: self.floor_of(&found.candidates[found.chosen]),
             found,
             rivals: conclude::open_rivals(found, verdict),
         })?;

@@ -131,9 +131,26 @@ impl Floor {
             Some(pairs.map(|(m, p)| m - p).collect())
         };
         let (motor, load) = (residual(Signal::Position)?, residual(Signal::LoadPosition)?);
-        let both = self.sigma(Signal::Position).hypot(self.sigma(Signal::LoadPosition));
-        let scale = 1.0 / self.between_sensors.map_or(both, |own| own.min(both));
+        let scale = 1.0 / self.sigma_between_sensors();
         Some(motor.iter().zip(load).map(|(motor, load)| (motor - load) * scale).collect())
+    }
+
+    /// σ of what one position sensor reads more than the other, in SI.
+    pub fn sigma_between_sensors(&self) -> f64 {
+        let both = self.sigma(Signal::Position).hypot(self.sigma(Signal::LoadPosition));
+        self.between_sensors.map_or(both, |own| own.min(both))
+    }
+
+    /// ln(σ(t)/σ₀(t)) of a signal of a run against another floor.
+    pub fn widening(&self, other: &Self, experiment: &Experiment, signal: Signal) -> Vec<f64> {
+        let logarithms = |floor: &Self| -> Vec<f64> {
+            let level = floor.sigma(signal).ln();
+            match floor.profile(experiment, signal) {
+                None => vec![level; experiment.samples()],
+                Some(profile) => profile.iter().map(|wider| level + wider.ln()).collect(),
+            }
+        };
+        logarithms(self).iter().zip(logarithms(other)).map(|(own, other)| own - other).collect()
     }
 
     /// σ(t) of a signal of a run in units of the signal's level, at least 1; none where it is 1 throughout.

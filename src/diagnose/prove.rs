@@ -34,13 +34,13 @@ pub struct RigidBody {
 /// cannot be built from the machine, no run is short enough, or the twin as it is leaves no gap on these runs.
 ///
 /// # Model
-/// The score is the one of the reduced axis: same runs, same noise floor, only the plant differs. What the reduced
+/// The score is the one of the reduced axis: same runs, same noise floors (that of the machine as stated, that of the improved one), only the plant differs. What the reduced
 /// axis leaves out (the body's attitude, loads of the sliders) is in the scene, so a shrink that rests on the
 /// reduction would not repeat here.
 pub fn rigid_body(
     [stated, improved]: [&Machine; 2],
     held_out: &[Experiment],
-    floor: &Floor,
+    floors: [&Floor; 2],
 ) -> Option<RigidBody> {
     if held_out.iter().any(|e| e.input().is_some()) {
         return None; // replayed in windows: the scene has no loop to close
@@ -54,8 +54,8 @@ pub fn rigid_body(
     let replayed: Result<Vec<Traces>> = jobs.par_iter().map(|(machine, e)| replay(machine, e)).collect();
     let mut replayed = replayed.ok()?;
     let after = replayed.split_off(chosen.len());
-    let score = |traces: &[Traces]| Score::of_traces(&chosen, traces, floor);
-    let (before, after) = (score(&replayed), score(&after));
+    let [before, after] =
+        [(&replayed, floors[0]), (&after, floors[1])].map(|(t, floor)| Score::of_traces(&chosen, t, floor));
     if before.mean_square() < 1.0 + LEAST_EXCESS {
         return None;
     }

@@ -3,10 +3,10 @@
 use super::evidence::Score;
 use super::experiment::Experiment;
 use super::fit::{Care, Fit, Sensitivities, fit};
+use super::floors::Floors;
 use super::found::{Base, Candidate, Found, posterior};
 use super::hypothesis::{EffectSet, Hypothesis};
 use super::motion;
-use super::noise::Floor;
 use super::proposals::Proposals;
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -22,8 +22,8 @@ pub struct Search<'a> {
     pub training: &'a [Experiment],
     /// Runs that only judge.
     pub held_out: &'a [Experiment],
-    /// Noise floor.
-    pub floor: &'a Floor,
+    /// Noise floors.
+    pub floors: &'a Floors,
     /// Effects that may be named.
     pub catalogue: &'a [EffectId],
     /// What an earlier search found with another floor: its fits are where this one's start.
@@ -96,7 +96,7 @@ impl Search<'_> {
         if !found.bases.contains_key(&index) {
             let fit = &found.candidates[index].fit;
             let machine = fit.machine(self.machine)?;
-            let sensitivities = Sensitivities::of(self.machine, fit, self.training, self.floor)?;
+            let sensitivities = Sensitivities::of(self.machine, fit, self.training, &self.floors.common)?;
             let screen = motion::screen(self.training, &machine)?;
             let effects = self.catalogue.iter().copied();
             let others = effects.filter(|e| !fit.hypothesis.effects.contains(e));
@@ -173,7 +173,7 @@ impl Search<'_> {
     }
 
     fn evaluate(&self, hypothesis: &Hypothesis, warm: Option<&[f64]>, care: Care) -> Result<Candidate> {
-        let fit = fit(self.machine, hypothesis, self.training, self.floor, warm, care)?;
+        let fit = fit(self.machine, hypothesis, self.training, &self.floors.common, warm, care)?;
         let names: Vec<&str> = hypothesis.effects.iter().map(|e| e.name()).collect();
         (self.progress)(&names.join(" + "));
         self.judge(fit, matches!(care, Care::Thorough))
@@ -181,9 +181,8 @@ impl Search<'_> {
 
     /// Scores a fit on the held-out runs.
     fn judge(&self, fit: Fit, thorough: bool) -> Result<Candidate> {
-        let machine = fit.machine(self.machine)?;
-        let score = Score::of(&machine, self.held_out, self.floor)?;
-        Ok(Candidate { fit, score, thorough })
+        let (score, has_own_floor) = self.floors.score(self.machine, &fit, self.held_out)?;
+        Ok(Candidate { fit, score, has_own_floor, thorough })
     }
 
     /// Adds the best elementary effect as long as that is beyond chance and material; a law that generalises others

@@ -137,6 +137,10 @@ mod tests {
         let folds = Folds { predicted_closed: 1.0, values: vec![] };
         let causes = conclude::causes(&found, &before, &folds);
         assert_eq!(causes[0].confusable_with, ["load_dependent_friction"]);
+        // One effect with two numbers, that leaves a little less, is a detail of one with a single number.
+        let more = found.candidates[2].fit.hypothesis.free[0].clone();
+        found.candidates[2].fit.hypothesis.free.push(more);
+        assert!(found.is_refinement(2, &before));
     }
 
     /// What predicts far better and was not chosen for other reasons is no equal of what was.

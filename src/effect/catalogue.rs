@@ -52,6 +52,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::STANDS_FOR,)+ }
             }
 
+            /// See [`Law::MAKES_NOISE`].
+            pub fn makes_noise(self) -> bool {
+                match self { $(Self::$law => <$law as Law>::MAKES_NOISE,)+ }
+            }
+
             /// See [`Law::CUMULATIVE`].
             pub fn is_cumulative(self) -> bool {
                 match self { $(Self::$law => <$law as Law>::CUMULATIVE,)+ }

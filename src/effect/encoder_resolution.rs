@@ -11,7 +11,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// The step is read off the recorded positions, which all lie on its grid; the fit decides only whether the loop ran on
-/// it. A log that was rounded later leaves the loop alone.
+/// it. A log that was rounded later leaves the loop alone. In a loop that differentiates the readings, a step crossed a
+/// moment earlier makes another course of all that follows: what the twin's noise floor makes of that is noise.
 ///
 /// # Source
 /// Quantisation.
@@ -27,6 +28,7 @@ impl Law for EncoderResolution {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "an encoder coarser than stated";
     const PARAMETERS: &'static [Parameter] = &[Parameter::length("resolution_m", "resolution_rad").held()];
+    const MAKES_NOISE: bool = true;
 
     fn fault(&self) -> Option<String> {
         not_positive("resolution_m", self.resolution_m)

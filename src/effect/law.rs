@@ -151,6 +151,9 @@ pub trait Law: Sized {
     /// How much rarer than others it is, as the logarithm of odds: what decides where data cannot, because the law
     /// is another one's equal on them.
     const RARITY: f64 = 0.0;
+    /// Whether what it does to the motion is in part beyond any prediction, as noise is: a twin with it has a noise floor of
+    /// its own.
+    const MAKES_NOISE: bool = false;
     /// The doors that it overrides.
     const DOORS: &'static [Door] = &[];
 

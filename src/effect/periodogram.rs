@@ -40,6 +40,10 @@ const PASSED_HZ: f64 = 80.0;
 const SAME_PITCH: f64 = 0.1;
 /// Share of what a pitch explains that its harmonic must explain to stand for it.
 const AS_MUCH: f64 = 0.9;
+/// Samples with less than this share of the largest acceleration move at an even pace.
+const EVEN_PACE: f64 = 0.1;
+/// Where so large a share of the moving samples does, the others are left out.
+const ENOUGH: f64 = 0.5;
 /// A pitch is a peak if no better one lies this many grid points around it.
 const PEAK_WIDTH: usize = 4;
 
@@ -47,7 +51,7 @@ const PEAK_WIDTH: usize = 4;
 ///
 /// # Model
 /// For each pitch p of a grid that is even in 1/p, `target ≈ base·b + columns(2π/p)·c` by least squares over the
-/// moving samples; what the columns explain beyond the base (acceleration, velocity, direction, constant) ranks the
+/// moving samples (those of ramps left out where most move at an even pace); what the columns explain beyond the base (acceleration, velocity, direction, constant) ranks the
 /// pitches.
 ///
 /// # Validity
@@ -102,9 +106,7 @@ struct Grid {
 
 impl Grid {
     fn of(screen: &Screen, target: &[f64]) -> Option<Self> {
-        let direction = screen.directions();
-        let moving: Vec<usize> =
-            (0..target.len().min(direction.len())).filter(|&k| direction[k] != 0.0).collect();
+        let moving = cruising(screen, target.len());
         let every = moving.len().div_ceil(MOST_SAMPLES).max(1);
         let chosen: Vec<usize> = moving.into_iter().step_by(every).collect();
         if chosen.len() < 40 {
@@ -147,6 +149,17 @@ impl Grid {
         let solution = (gram + ridge).cholesky()?.solve(&right);
         Some((solution.dot(&right), solution.iter().copied().collect()))
     }
+}
+
+/// The moving samples, without those of ramps where enough others are left: where acceleration takes most of the force, a
+/// fraction of a sample between force and motion is more than what repeats along the axis.
+fn cruising(screen: &Screen, count: usize) -> Vec<usize> {
+    let direction = screen.directions();
+    let moving: Vec<usize> = (0..count.min(direction.len())).filter(|&k| direction[k] != 0.0).collect();
+    let most = screen.acceleration.iter().fold(0.0, |most, a| f64::max(most, a.abs()));
+    let is_even = |k: &usize| screen.acceleration[*k].abs() <= EVEN_PACE * most;
+    let even: Vec<usize> = moving.iter().copied().filter(is_even).collect();
+    if even.len() as f64 >= ENOUGH * moving.len() as f64 { even } else { moving }
 }
 
 /// Gram–Schmidt; a column that the others explain becomes zero.
@@ -208,5 +221,32 @@ mod tests {
         // The grid's own resolution: a fifth of one over the travel.
         assert!((best.period / 0.024 - 1.0).abs() < 0.03, "{best:?}");
         assert!((best.coefficients[0] - 3.0).abs() < 0.8, "{best:?}");
+    }
+
+    /// A force that comes half a sample late leaves much in ramps, and nothing at an even pace; where no pace is even, every
+    /// moving sample serves.
+    #[test]
+    fn exact_ramps_are_left_out_where_enough_else_moves() {
+        let screen = |ramps: usize| Screen {
+            position: (0..1000).map(|k| k as f64 * 1e-4).collect(),
+            velocity: vec![0.1; 1000],
+            acceleration: (0..1000).map(|k| if k < ramps { 5.0 } else { 0.01 }).collect(),
+            ..Screen::default()
+        };
+        assert_eq!(cruising(&screen(300), 1000), (300..1000).collect::<Vec<usize>>());
+        assert_eq!(cruising(&screen(600), 1000).len(), 1000);
+        let target: Vec<f64> =
+            (0..1000)
+                .map(|k| {
+                    if k < 300 {
+                        40.0 * (k as f64 * 0.31).sin()
+                    } else {
+                        (TAU * k as f64 * 1e-4 / 0.008).sin()
+                    }
+                })
+                .collect();
+        let columns = |rate: f64, m: Moment| vec![(rate * m.position).sin(), (rate * m.position).cos()];
+        let found = pitches(&screen(300), &target, columns, 1);
+        assert!((found[0].period / 0.008 - 1.0).abs() < 0.03, "{found:?}");
     }
 }

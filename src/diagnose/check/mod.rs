@@ -56,6 +56,8 @@ pub enum Check {
     ImplausibleUnit,
     /// Two position sensors that count from different zeros.
     SensorOffset,
+    /// An encoder whose steps make noise of their own.
+    CoarseReadings,
     /// A signal that was not logged, and what cannot be told without it.
     MissingSignal,
 }
@@ -95,6 +97,15 @@ impl Finding {
     fn note(run: &str, check: Check, message: impl Into<String>) -> Self {
         Self::new(run, check, Severity::Note, message)
     }
+}
+
+/// What is to be known of residuals that the steps of the encoder account for, as noise.
+pub fn coarse_readings() -> Finding {
+    Finding::note(
+        "",
+        Check::CoarseReadings,
+        "The steps of the encoder make noise of their own: a step read a moment earlier or later makes another course of what follows. The noise shown is that of the twin with these steps; it accounts for residuals, it does not make them smaller.",
+    )
 }
 
 /// Looks through the runs: findings of each run in turn, then those of the recording as a whole.

@@ -1,0 +1,91 @@
+//! The noise floors of explanations: one that they share, and that of those whose effects make noise of their own.
+
+use super::evidence::Score;
+use super::experiment::Experiment;
+use super::fit::Fit;
+use super::hypothesis::{EffectSet, Hypothesis};
+use super::motion;
+use super::noise::Floor;
+use super::proposals::Proposals;
+use crate::effect::EffectId;
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::recording::Signal;
+use std::collections::BTreeMap;
+
+/// Noise that an explanation predicts is in the recording: every signal shows at least a third of it, as for any other noise
+/// that is stated.
+const LEAST_SEEN: f64 = 1.0 / 9.0;
+
+/// The noise floors of explanations.
+pub struct Floors {
+    /// The floor of every twin whose effects make no noise.
+    pub common: Floor,
+    /// An effect that makes noise, and the floor of twins that have it; none where the recording does not bear it out.
+    own: Option<(EffectId, Floor)>,
+}
+
+impl Floors {
+    /// Estimates the floors of twins that are like `machine` but for effects that make noise; `left` is what they leave of each
+    /// signal anyway, RMS in SI.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub fn estimate(
+        machine: &Machine,
+        training: &[Experiment],
+        held_out: &[Experiment],
+        left: &BTreeMap<Signal, f64>,
+    ) -> Result<Self> {
+        let all: Vec<&Experiment> = training.iter().chain(held_out).collect();
+        let floor = |machine: &Machine| Floor::estimate(machine, &all).map(|floor| floor.beside(left));
+        let noisy = noisy(machine, training)?;
+        let own = noisy.map(|(effect, twin)| floor(&twin).map(|floor| (effect, floor))).transpose()?;
+        Ok(Self { common: floor(machine)?, own })
+    }
+
+    /// The floor of a twin with these effects, where it has one of its own.
+    pub fn own(&self, effects: &EffectSet) -> Option<&Floor> {
+        self.own.as_ref().filter(|(effect, _)| effects.contains(effect)).map(|(_, floor)| floor)
+    }
+
+    /// Scores the twin of a fit; tells whether by a floor of its own.
+    ///
+    /// A twin that makes noise differs by that much from a machine that makes none as well: whether the machine makes it shows in
+    /// what the twin without it leaves.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub fn score(&self, machine: &Machine, fit: &Fit, runs: &[Experiment]) -> Result<(Score, bool)> {
+        let twin = fit.machine(machine)?;
+        if let Some(own) = self.own(&fit.hypothesis.effects) {
+            let quiet = Score::of(&without_noise(machine, fit)?, runs, own)?;
+            if quiet.quietest() >= LEAST_SEEN {
+                return Ok((Score::with_own_floor(&twin, runs, [own, &self.common])?, true));
+            }
+        }
+        Ok((Score::of(&twin, runs, &self.common)?, false))
+    }
+}
+
+/// The machine with an effect that makes noise, as the training runs show it; none where they show none.
+fn noisy(machine: &Machine, training: &[Experiment]) -> Result<Option<(EffectId, Machine)>> {
+    let constants = machine.constants();
+    let Some(&effect) = EffectId::ALL.iter().find(|e| e.makes_noise() && e.applies(&constants)) else {
+        return Ok(None);
+    };
+    let proposals = Proposals::of(&motion::screen(training, machine)?, [effect]);
+    let hypothesis = Hypothesis::new(machine, &EffectSet::from([effect]), &proposals, &[]);
+    let twin = hypothesis.and_then(|h| h.starts.first().map(|start| h.machine(machine, start)));
+    Ok(twin.transpose()?.map(|twin| (effect, twin)))
+}
+
+/// The machine with what a fit found but for effects that make noise.
+///
+/// # Errors
+/// A value that the machine's description refuses.
+pub fn without_noise(machine: &Machine, fit: &Fit) -> Result<Machine> {
+    let pairs = fit.hypothesis.free.iter().zip(&fit.values);
+    let quiet = pairs.filter(|(free, _)| !free.effect.makes_noise());
+    machine.with_settings(quiet.map(|(free, &value)| (free.path.as_str(), value.into())))
+}
