@@ -212,13 +212,7 @@ impl<'a> Ready<'a> {
             causes,
             not_examined: Vec::new(),
             ruled_out: cut::ruled_out(options.catalogue, &self.clean, &self.training),
-            checks: [
-                check::check(self.machine, &self.training, &self.held_out),
-                visibility::findings(&self.training),
-                visibility::findings(&self.held_out),
-                chosen.has_own_floor.then(check::coarse_readings).into_iter().collect(),
-            ]
-            .concat(),
+            checks: self.findings(chosen),
             data: verdict::Data {
                 machine: self.machine.description().name.clone(),
                 training: names(&self.training),
@@ -229,6 +223,15 @@ impl<'a> Ready<'a> {
             reference: None,
             version: env!("CARGO_PKG_VERSION"),
         })
+    }
+
+    /// What is to be known of the data.
+    fn findings(&self, chosen: &Candidate) -> Vec<check::Finding> {
+        let mut findings = check::check(self.machine, &self.training, &self.held_out);
+        findings.extend(visibility::findings(&self.training));
+        findings.extend(visibility::findings(&self.held_out));
+        findings.extend(chosen.has_own_floor.then(check::coarse_readings));
+        findings
     }
 
     /// What to record next, where an explanation is left that does as well as the chosen one; explanations that could
