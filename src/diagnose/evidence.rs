@@ -366,4 +366,23 @@ mod tests {
         assert!((gain([100.0, 100.0, 100.0, 300.0]) - 0.5 * 200.0 / 5.0).abs() < 1e-12);
         assert!((score([300.0, 100.0, 200.0, 900.0]).mean_square() - 2.0).abs() < 1e-12);
     }
+
+    /// A wider noise of its own costs ln(σ/σ₀) a sample; with what it takes off the squares, it pays where these are more than
+    /// σ₀²·2·ln(σ/σ₀)/(1 − (σ₀/σ)²).
+    #[test]
+    fn exact_a_wider_noise_pays_where_the_residuals_are_as_wide() {
+        let widening = 4.0_f64.ln();
+        let wide = |mean_square: f64| {
+            let mut score = Score::even(mean_square / 16.0);
+            score.blocks.iter_mut().flatten().for_each(|cell| cell.widening = 50.0 * widening);
+            score
+        };
+        let gain = |mean_square: f64| {
+            let noise = Score::even(1.0);
+            wide(mean_square).log_likelihoods(&noise)[0] - Score::even(mean_square).log_likelihoods(&noise)[0]
+        };
+        let even = 2.0 * widening / (1.0 - 1.0 / 16.0);
+        assert!(gain(even).abs() < 1e-9 && gain(1.01 * even) > 0.0 && gain(0.99 * even) < 0.0);
+        assert!((gain(16.0) - 50.0 * (0.5 * 15.0 - widening)).abs() < 1e-9);
+    }
 }

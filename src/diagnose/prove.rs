@@ -34,8 +34,8 @@ pub struct RigidBody {
 /// cannot be built from the machine, no run is short enough, or the twin as it is leaves no gap on these runs.
 ///
 /// # Model
-/// The score is the one of the reduced axis: same runs, same noise floors (that of the machine as stated, that of the improved one), only the plant differs. What the reduced
-/// axis leaves out (the body's attitude, loads of the sliders) is in the scene, so a shrink that rests on the
+/// The score is the one of the reduced axis: same runs, same noise floors (before, after), only the plant differs. What the
+/// reduced axis leaves out (the body's attitude, loads of the sliders) is in the scene, so a shrink that rests on the
 /// reduction would not repeat here.
 pub fn rigid_body(
     [stated, improved]: [&Machine; 2],

@@ -43,7 +43,11 @@ impl Law for DeadZone {
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        [0.01, 0.05, 0.2].iter().map(|share| vec![share * screen.largest_voltage()]).collect()
+        // A loop that hunts in its dead zone leaves no way from a wide one to a narrow one.
+        [3e-4, 1e-3, 3e-3, 0.01, 0.05, 0.2]
+            .iter()
+            .map(|share| vec![share * screen.largest_voltage()])
+            .collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
