@@ -5,17 +5,13 @@ use super::experiment::Experiment;
 use super::fit::Fit;
 use super::hypothesis::{EffectSet, Hypothesis};
 use super::motion;
-use super::noise::Floor;
+use super::noise::{BORNE_OUT, Floor};
 use super::proposals::Proposals;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use std::collections::BTreeMap;
-
-/// Noise that an explanation predicts is in the recording: every signal shows at least a third of it, as for any other noise
-/// that is stated.
-const LEAST_SEEN: f64 = 1.0 / 9.0;
 
 /// The noise floors of explanations.
 pub struct Floors {
@@ -52,7 +48,7 @@ impl Floors {
     /// Scores the twin of a fit; tells whether by a floor of its own.
     ///
     /// A twin that makes noise differs by that much from a machine that makes none as well: whether the machine makes it shows in
-    /// what the twin without it leaves.
+    /// what the twin without it leaves, of every signal as of any other noise that is stated.
     ///
     /// # Errors
     /// A setting of a run that the machine does not have.
@@ -60,7 +56,7 @@ impl Floors {
         let twin = fit.machine(machine)?;
         if let Some(own) = self.own(&fit.hypothesis.effects) {
             let quiet = Score::of(&without_noise(machine, fit)?, runs, own)?;
-            if quiet.quietest() >= LEAST_SEEN {
+            if quiet.quietest() >= BORNE_OUT * BORNE_OUT {
                 return Ok((Score::with_own_floor(&twin, runs, [own, &self.common])?, true));
             }
         }

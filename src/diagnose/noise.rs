@@ -40,7 +40,7 @@ pub struct Floor {
 
 /// Noise seen at standstill bears out the noise stated where it is at least this share of it: a stuck axis is quieter than a
 /// moving one.
-const BORNE_OUT: f64 = 1.0 / 3.0;
+pub(super) const BORNE_OUT: f64 = 1.0 / 3.0;
 /// Floors this close in RMS are the same.
 const SAME_FLOOR: f64 = 0.1;
 /// Fraction of a signal's RMS below which a floor would only measure rounding of numbers.

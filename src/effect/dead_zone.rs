@@ -43,7 +43,7 @@ impl Law for DeadZone {
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        // A loop that hunts in its dead zone leaves no way from a wide one to a narrow one.
+        // Beside a loop that hunts in its dead zone, a fit from a wide one may never come to a narrow one.
         [3e-4, 1e-3, 3e-3, 0.01, 0.05, 0.2]
             .iter()
             .map(|share| vec![share * screen.largest_voltage()])
