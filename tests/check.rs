@@ -1,7 +1,8 @@
 //! Checks of the data: each fault put into a recording is found and told, and clean recordings raise no warning.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stderr)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 mod strokes;
+mod support;
 
 use slideway::diagnose::check::{Check, Finding, Severity, check};
 use slideway::diagnose::experiment::Experiment;
@@ -11,8 +12,9 @@ use slideway::replay::recording::recorded;
 use slideway::replay::{PlantChoice, simulate};
 use slideway::twin::Sensing;
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use strokes::Strokes;
+use support::needs;
 
 const GRINDER: &str = "models/grinder";
 const EMPS: &str = "models/emps";
@@ -412,12 +414,8 @@ fn ref_the_shipped_recording_raises_no_warning() {
 /// The measured axis of the EMPS benchmark: its log is sound, and delays put into it are found.
 #[test]
 fn ref_a_measured_log_raises_no_warning_and_shows_delays_put_into_it() {
+    needs!(support::data("emps/emps_estimation.csv"));
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = std::env::var_os("SLIDEWAY_DATA").map_or_else(|| root.join("../shared/data"), PathBuf::from);
-    if !folder.join("emps/emps_estimation.csv").is_file() {
-        eprintln!("SKIPPED: no EMPS data in {} (set SLIDEWAY_DATA)", folder.display());
-        return;
-    }
     let axis = machine(EMPS);
     let recording = Recording::read(root.join("models/emps/recording.toml")).unwrap();
     let found = findings(&axis, recording.runs());

@@ -2,6 +2,8 @@
 //! forward, and the feedback torque that was left was logged.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stderr)]
 
+mod support;
+
 use slideway::diagnose::{Diagnosis, Options, diagnose};
 use slideway::machine::Machine;
 use slideway::plant::axis::Axis;
@@ -13,6 +15,10 @@ use slideway::units::Motion;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
+use support::needs;
+
+/// One of the measured files, which come together.
+const DATA: &str = "delta_a3/S1_noFF_1.parquet";
 
 /// Published in the machine's laboratory manual.
 const PUBLISHED_VISCOUS: f64 = 8.2285e-5;
@@ -43,16 +49,6 @@ const STEP_WITHIN: f64 = 0.20;
 
 fn models() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models/delta_a3")
-}
-
-fn data() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let folder = std::env::var_os("SLIDEWAY_DATA").map_or(beside, PathBuf::from);
-    let there = folder.join("delta_a3/S1_noFF_1.parquet").is_file();
-    if !there {
-        eprintln!("SKIPPED: no delta_a3 data in {} (set SLIDEWAY_DATA)", folder.display());
-    }
-    there.then_some(folder)
 }
 
 fn machine() -> Machine {
@@ -104,9 +100,7 @@ fn ref_published_numbers_of_motor_and_disc() {
 /// The control law and the velocity estimate of the machine file rebuild what was logged, in every run.
 #[test]
 fn ref_control_law_rebuilds_the_logged_torque() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     // Text with six decimals: 2 N·m/rad times half a digit of position and as much of the torque itself.
     let rounding = 1.6e-6;
     let description = machine().description().clone();
@@ -136,9 +130,7 @@ fn ref_control_law_rebuilds_the_logged_torque() {
 /// The move alone, without the standstill in which the shaft creeps where the twin sticks.
 #[test]
 fn ref_a_twin_of_inertia_alone_lacks_friction() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     let d = diagnosis();
     assert!(recording("recording.toml").runs().iter().all(|run| run.len() == 8000));
     let named: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
@@ -204,9 +196,7 @@ fn ladder(twin: &Machine) -> Vec<Stage> {
 /// Diagnosed from S1 alone, the twin predicts what each further feed-forward leaves to the feedback.
 #[test]
 fn ref_predicted_shrink_is_what_the_machine_measured() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     let stages = ladder(&diagnosis().improved(&machine()).unwrap());
     eprintln!("feedback torque, mN·m RMS | printed | measured | predicted | with what S1 left unexplained");
     for s in &stages {
@@ -231,9 +221,7 @@ fn ref_predicted_shrink_is_what_the_machine_measured() {
 /// The bare twin has no friction to be compensated: it predicts that feed-forward of friction makes feedback grow.
 #[test]
 fn ref_without_friction_the_ladder_runs_the_wrong_way() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     let stages = ladder(&machine());
     assert!(stages[3].predicted > 5.0 * stages[3].measured, "{} mN·m", stages[3].predicted);
     assert!(stages[1].predicted < 0.1 * stages[1].measured, "{} mN·m", stages[1].predicted);

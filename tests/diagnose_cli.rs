@@ -425,6 +425,20 @@ fn exact_json_that_cannot_be_written_is_refused_before_the_work() {
     assert_eq!(left, ["recording"]);
 }
 
+/// The program, to be stopped by an interrupt even where the tests ignore it: a shell starts `command &` so, and a
+/// program inherits it.
+#[cfg(unix)]
+fn interruptible() -> Command {
+    let default = ["--default-signal=INT"];
+    // Not every `env` can do that.
+    if !Command::new("env").args(default).arg("true").output().is_ok_and(|o| o.status.success()) {
+        return Command::new(SLIDEWAY);
+    }
+    let mut command = Command::new("env");
+    command.args(default).arg(SLIDEWAY);
+    command
+}
+
 /// Ctrl-C in the middle of the work: whatever was to be written is whole or not there, and the recording is as it was.
 #[cfg(unix)]
 #[test]
@@ -442,7 +456,7 @@ fn exact_interrupted_diagnosis_leaves_nothing_half_written() {
     };
     let recorded = entries(Path::new(&desk.recording()));
     let place = |name: &str| out.join(name).display().to_string();
-    let mut child = Command::new(SLIDEWAY)
+    let mut child = interruptible()
         .args(["diagnose", &desk.recording(), "--machine", &grinder().display().to_string()])
         .args(["--json", &place("verdict.json"), "--html", &place("report.html")])
         .args(["--figures", &place("figures"), "--write-machine", &place("machine")])

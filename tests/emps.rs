@@ -1,12 +1,18 @@
 //! The real ball-screw axis whose parameters are published (Janot, Gautier, Brunot 2019), diagnosed from its logs:
 //! the estimation file trains, the pulse file is held out.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stderr)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod support;
 
 use slideway::diagnose::verdict::Cause;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::machine::Machine;
 use slideway::recording::Recording;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use support::needs;
+
+/// One of the measured files, which come together.
+const DATA: &str = "emps/emps_estimation.csv";
 
 /// Published estimates carry this much of their own: they come from another criterion on the same data.
 const PUBLISHED_WITHIN: f64 = 0.02;
@@ -14,16 +20,6 @@ const PUBLISHED_WITHIN: f64 = 0.02;
 const FORCE_PER_VOLT: f64 = 35.150_651_88;
 /// RMS of the force residual that a replay with the published symmetric parameters leaves on the pulse file, N.
 const PUBLISHED_FORCE_RESIDUAL_N: f64 = 3.17;
-
-fn data() -> Option<PathBuf> {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let folder = std::env::var_os("SLIDEWAY_DATA").map_or_else(|| root.join("../shared/data"), PathBuf::from);
-    let there = folder.join("emps/emps_estimation.csv").is_file();
-    if !there {
-        eprintln!("SKIPPED: no EMPS data in {} (set SLIDEWAY_DATA)", folder.display());
-    }
-    there.then_some(folder)
-}
 
 fn diagnosis(machine: &str) -> Diagnosis {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -49,9 +45,7 @@ fn effort_residual_n(diagnosis: &Diagnosis) -> (f64, f64) {
 
 #[test]
 fn ref_a_twin_of_mass_alone_lacks_friction_and_nothing_else() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     let d = diagnosis("models/emps");
     let mut named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
     named.sort_unstable();
@@ -69,9 +63,7 @@ fn ref_a_twin_of_mass_alone_lacks_friction_and_nothing_else() {
 
 #[test]
 fn ref_a_twin_with_symmetric_friction_lacks_the_asymmetry() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     let d = diagnosis("models/emps/symmetric.toml");
     let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
     // Asymmetry is part of the answer: what it leaves repeats from lap to lap and is no noise.

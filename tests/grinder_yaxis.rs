@@ -2,6 +2,8 @@
 //! linear scale: diagnosed, and compared as before and after.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stderr)]
 
+mod support;
+
 use slideway::diagnose::compare::Baseline;
 use slideway::diagnose::verdict::{Cause, Parameter};
 use slideway::diagnose::{Diagnosis, Options, Verdict};
@@ -13,7 +15,11 @@ use slideway::units::Motion;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
+use support::needs;
 use tempfile::TempDir;
+
+/// One of the measured files, which come together.
+const DATA: &str = "grinder_yaxis/normal_1.parquet";
 
 /// N/A by which the machine file turns current into force (README.md of the model); only the current is known.
 const FORCE_PER_AMPERE: f64 = 265.0;
@@ -46,16 +52,6 @@ fn model() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder_yaxis")
 }
 
-fn data() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let folder = std::env::var_os("SLIDEWAY_DATA").map_or(beside, PathBuf::from);
-    let there = folder.join("grinder_yaxis/normal_1.parquet").is_file();
-    if !there {
-        eprintln!("SKIPPED: no grinder_yaxis data in {} (set SLIDEWAY_DATA)", folder.display());
-    }
-    there.then_some(folder)
-}
-
 /// A recording of the model, other runs in the place of some of its own.
 fn recording(file: &str, others: &[(&str, &str)]) -> Recording {
     if others.is_empty() {
@@ -64,7 +60,7 @@ fn recording(file: &str, others: &[(&str, &str)]) -> Recording {
     let place = TempDir::new().unwrap();
     let text = std::fs::read_to_string(model().join(file)).unwrap();
     let text = others.iter().fold(text, |text, (own, other)| text.replace(own, other));
-    let data = data().unwrap().canonicalize().unwrap().display().to_string();
+    let data = support::data(DATA).unwrap().canonicalize().unwrap().display().to_string();
     let text = text.replace("../../../shared/data", &data);
     std::fs::write(place.path().join("recording.toml"), text).unwrap();
     Recording::read(place.path()).unwrap()
@@ -139,9 +135,7 @@ fn assert_lost_motion(d: &Diagnosis, width_m: Range<f64>) {
 /// The whole catalogue: friction of the healthy axis is found, then what the broken one has instead.
 #[test]
 fn ref_broken_screw_and_retuned_drive_are_what_changed() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     let d = comparison(&recording("mechanical.toml", &[]), EffectId::ALL);
     assert_healthy_reference(&d);
     assert_eq!(d.verdict, Verdict::Cause);
@@ -157,9 +151,7 @@ fn ref_broken_screw_and_retuned_drive_are_what_changed() {
 /// The one broken run whose drive was set as on the healthy axis: the screw changed, the drive did not.
 #[test]
 fn ref_broken_screw_alone_is_not_a_retuned_drive() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     let d = comparison(&recording("mechanical_8.toml", &[]), &MECHANICS);
     assert_friction_fell(&d);
     assert_lost_motion(&d, LATE_M);
@@ -176,9 +168,7 @@ fn ref_broken_screw_alone_is_not_a_retuned_drive() {
 /// Two other days of the healthy axis: friction differs by a few per cent, as it does from run to run.
 #[test]
 fn ref_healthy_axis_on_other_days_has_not_changed() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     let mut runs =
         recording("normal.toml", &[("normal_2", "normal_7"), ("normal_3", "normal_8")]).runs().to_vec();
     runs.retain(|run| ["normal_7", "normal_8"].contains(&run.name()));
@@ -189,9 +179,7 @@ fn ref_healthy_axis_on_other_days_has_not_changed() {
 /// The data as they are described: what the broken axis does to encoder and scale needs no model.
 #[test]
 fn ref_encoder_less_scale_shows_the_lost_motion() {
-    if data().is_none() {
-        return;
-    }
+    needs!(support::data(DATA));
     for (file, width) in
         [("normal.toml", 0.0..6e-6), ("mechanical.toml", LATE_M), ("mechanical_8.toml", LATE_M)]
     {

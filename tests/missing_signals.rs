@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 mod strokes;
+mod support;
 
 use slideway::diagnose::evidence::Score;
 use slideway::diagnose::experiment::Experiment;
@@ -16,8 +17,9 @@ use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::recording::recorded;
 use slideway::replay::{Motion, PlantChoice, Stroke, simulate};
 use slideway::twin::{Command, Sensing, Twin};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use strokes::Strokes;
+use support::needs;
 
 const GRINDER: &str = "models/grinder";
 
@@ -464,12 +466,8 @@ fn exact_the_true_twin_stands_at_the_floor_whatever_drives_it() {
 /// away and the controller not stated.
 #[test]
 fn ref_published_friction_is_named_with_the_controller_unknown() {
+    needs!(support::data("emps/emps_estimation.csv"));
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
-    let data = std::env::var_os("SLIDEWAY_DATA").map_or_else(|| root.join("../shared/data"), PathBuf::from);
-    if !data.join("emps/emps_estimation.csv").is_file() {
-        println!("SKIPPED: no EMPS data in {} (set SLIDEWAY_DATA)", data.display());
-        return;
-    }
     let logged = Recording::read(root.join("models/emps/recording.toml")).unwrap();
     let recording = keeping(&logged, &[ControlEffort, Position]);
     let options = Options { catalogue: &CATALOGUE, ..Options::default() };

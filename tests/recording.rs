@@ -1,9 +1,10 @@
 //! Reading, refusing, writing and splitting recordings.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod support;
+
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::Write as _;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -13,6 +14,7 @@ use slideway::recording::{
     Existing, Format, PeriodSource, Recording, Role, Run, Signal, SplitRule, plausibility,
 };
 use slideway::units::{Dimension, Motion, Unit};
+use support::needs;
 use tempfile::TempDir;
 
 const GOOD: &str = "time_s,position_m,current_a\n0,0.1,1\n0.001,0.2,2\n0.002,0.3,3\n";
@@ -1104,18 +1106,6 @@ fn exact_unknown_unit_is_refused() {
 
 // --- real logs -----------------------------------------------------------------------------------------------
 
-/// The folder of the real logs; `None`, loudly, where they are not.
-fn data_folder() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let folder = std::env::var_os("SLIDEWAY_DATA").map_or(beside, PathBuf::from);
-    if folder.join("emps").is_dir() {
-        return Some(folder);
-    }
-    let _ =
-        writeln!(std::io::stderr(), "SKIPPED: no measured logs in {}; set SLIDEWAY_DATA", folder.display());
-    None
-}
-
 fn toml_in(folder: &TempDir, text: &str) -> PathBuf {
     let path = folder.path().join("recording.toml");
     fs::write(&path, text).unwrap();
@@ -1124,9 +1114,7 @@ fn toml_in(folder: &TempDir, text: &str) -> PathBuf {
 
 #[test]
 fn ref_emps_logs_are_read() {
-    if data_folder().is_none() {
-        return;
-    }
+    needs!(support::data("emps/emps_estimation.csv"));
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/emps/recording.toml");
     let recording = Recording::read(path).unwrap();
     assert_eq!(recording.sample_period_s(), 1e-3);
@@ -1158,7 +1146,7 @@ fn ref_servo_logs_in_parquet_are_read() {
     const COLUMNS: &str = "columns = { time_s = \"t_s\", torque_nm = \"tau_fb_Nm\", \
         position_rad = \"pos_rad\", velocity_rad_per_s = \"vel_rad_s\", \
         position_reference_rad = \"pos_cmd_rad\", velocity_reference_rad_per_s = \"vel_cmd_rad_s\" }";
-    let Some(data) = data_folder() else { return };
+    let data = needs!(support::data("delta_a3/S1_noFF_1.parquet"));
     let folder = TempDir::new().unwrap();
     let runs = parquet_runs(&data.join("delta_a3"));
     let recording = Recording::read(toml_in(&folder, &format!("{COLUMNS}\n{runs}"))).unwrap();
@@ -1182,7 +1170,7 @@ fn ref_grinder_logs_in_parquet_are_read() {
         position_reference_m = { column = \"pos_cmd_mm\", unit = \"mm\" }, \
         position_m = { column = \"pos_motor_enc_mm\", unit = \"mm\" }, \
         load_position_m = { column = \"pos_scale_mm\", unit = \"mm\" } }";
-    let Some(data) = data_folder() else { return };
+    let data = needs!(support::data("grinder_yaxis/normal_1.parquet"));
     let folder = TempDir::new().unwrap();
     let runs = parquet_runs(&data.join("grinder_yaxis"));
     let recording = Recording::read(toml_in(&folder, &format!("{COLUMNS}\n{runs}"))).unwrap();
@@ -1199,16 +1187,7 @@ fn ref_grinder_logs_in_parquet_are_read() {
 
 #[test]
 fn ref_pyarrow_reads_what_was_written() {
-    let python = |script: &str, argument: &Path| {
-        std::process::Command::new("python3").arg("-c").arg(script).arg(argument).output()
-    };
-    if !python("import pyarrow", Path::new("")).is_ok_and(|output| output.status.success()) {
-        let _ = writeln!(
-            std::io::stderr(),
-            "SKIPPED: python3 with pyarrow is not there to read the Parquet file"
-        );
-        return;
-    }
+    let mut python = needs!(support::python("pyarrow"));
     let place = TempDir::new().unwrap();
     let folder = place.path().join("r");
     Recording::new(vec![plain_run("a", vec![0.1, 0.2, 0.3])])
@@ -1219,6 +1198,6 @@ fn ref_pyarrow_reads_what_was_written() {
                   assert t.column_names == ['time_s', 'position_m'], t.column_names; \
                   assert t['position_m'].to_pylist() == [0.1, 0.2, 0.3]; \
                   assert t['time_s'].to_pylist() == [0.0, 250e-6, 500e-6]";
-    let output = python(script, &folder.join("a.parquet")).unwrap();
+    let output = python.args(["-c", script]).arg(folder.join("a.parquet")).output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 }

@@ -1,9 +1,9 @@
 //! Replays as recordings, and the identification of the moving part from the solid model.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
-use std::io::Write as _;
+mod support;
+
 use std::path::Path;
-use std::process::Command;
 
 use slideway::drive::printed::{self, Variant};
 use slideway::identify::arx::{ArxModel, Orders, arx};
@@ -18,6 +18,7 @@ use slideway::replay::excitation::Excitation;
 use slideway::replay::recording::{SLIDER_COLUMNS, recorded};
 use slideway::replay::{Cell, Figures, Motion, PlantChoice, run_seed, simulate};
 use slideway::twin::Sensing;
+use support::needs;
 use tempfile::TempDir;
 
 const FIRST_ORDER: Orders = Orders { na: 1, nb: 1, delay: 1 };
@@ -309,20 +310,14 @@ print(csv.shape[0], csv.shape[1], float((csv - parquet).abs().to_numpy().max()))
 
 #[test]
 fn ref_pandas_reads_what_replay_writes() {
-    let available = Command::new("python3").args(["-c", "import pandas, pyarrow"]).output();
-    if !available.is_ok_and(|output| output.status.success()) {
-        // Past the test harness, which would keep what a passing test prints to itself.
-        writeln!(std::io::stderr(), "SKIPPED ref_pandas_reads_what_replay_writes: no pandas and pyarrow")
-            .unwrap();
-        return;
-    }
+    let mut python = needs!(support::python("pandas, pyarrow"));
     let folder = TempDir::new().unwrap();
     let (run, _) = replayed(&grinder(), PlantChoice::Rapier, "0.02@8", "stroke");
     let (rows, columns) = (run.len(), 1 + run.signals().len() + run.extra_columns().len());
     let recording = Recording::new(vec![run]).unwrap();
     recording.write(folder.path().join("csv"), Format::Csv, Existing::Refuse).unwrap();
     recording.write(folder.path().join("parquet"), Format::Parquet, Existing::Refuse).unwrap();
-    let output = Command::new("python3")
+    let output = python
         .args(["-c", PANDAS])
         .arg(folder.path().join("csv/stroke.csv"))
         .arg(folder.path().join("parquet/stroke.parquet"))

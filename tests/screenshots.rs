@@ -2,18 +2,18 @@
 //!
 //! Needs Chromium: `.ci/run` installs it; SLIDEWAY_CHROMIUM names another one. Pictures are left in the folder of the
 //! tests' temporary files.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stderr)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+mod support;
 
 use serde_json::Value;
-use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
+use support::needs;
 
 const SLIDEWAY: &str = env!("CARGO_BIN_EXE_slideway");
-const NAMES: [&str; 5] =
-    ["chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome-headless-shell"];
 /// Virtual time that a page has to come to rest, in ms.
 const REST_MS: u32 = 4000;
 /// Widths of a desktop's page and of a telephone's.
@@ -24,23 +24,6 @@ const LEAST_COLOURS: u64 = 4;
 /// A page of ten figures printed is larger than this.
 const LEAST_PDF: u64 = 50_000;
 
-fn chromium() -> Option<&'static OsString> {
-    static FOUND: OnceLock<Option<OsString>> = OnceLock::new();
-    let found = FOUND.get_or_init(|| {
-        let named = std::env::var_os("SLIDEWAY_CHROMIUM");
-        let runs =
-            |name: &OsString| Command::new(name).arg("--version").output().is_ok_and(|o| o.status.success());
-        named.into_iter().chain(NAMES.iter().map(OsString::from)).find(runs)
-    });
-    if found.is_none() {
-        eprintln!(
-            "SKIPPED: no Chromium ({}); set SLIDEWAY_CHROMIUM, or apt-get install chromium",
-            NAMES.join(", ")
-        );
-    }
-    found.as_ref()
-}
-
 fn folder() -> PathBuf {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("screenshots");
     fs::create_dir_all(&folder).unwrap();
@@ -50,7 +33,7 @@ fn folder() -> PathBuf {
 /// Runs Chromium and returns its standard output and what pages told on their console.
 fn browse(arguments: &[&str], file: &Path) -> (String, Vec<String>) {
     let profile = tempfile::TempDir::new().unwrap();
-    let output = Command::new(chromium().unwrap())
+    let output = Command::new(support::chromium().unwrap())
         .args([
             "--headless=new",
             "--no-sandbox",
@@ -182,9 +165,7 @@ fn report() -> &'static (String, PathBuf) {
 
 #[test]
 fn exact_plots_are_drawn_on_a_desktop() {
-    if chromium().is_none() {
-        return;
-    }
+    needs!(support::chromium());
     let told = look(&report().0, "desktop", DESKTOP, false);
     // The machine, and value and error of five signals.
     assert_sound(&told, "desktop", 11);
@@ -195,17 +176,13 @@ fn exact_plots_are_drawn_on_a_desktop() {
 
 #[test]
 fn exact_a_telephone_shows_everything_in_its_width() {
-    if chromium().is_none() {
-        return;
-    }
+    needs!(support::chromium());
     assert_sound(&look(&report().0, "phone", PHONE, false), "phone", 11);
 }
 
 #[test]
 fn exact_the_readers_dark_ground_is_kept() {
-    if chromium().is_none() {
-        return;
-    }
+    needs!(support::chromium());
     let told = look(&report().0, "dark", DESKTOP, true);
     assert_sound(&told, "dark", 11);
     assert_eq!(told["ground"], "rgb(20, 23, 26)");
@@ -213,9 +190,7 @@ fn exact_the_readers_dark_ground_is_kept() {
 
 #[test]
 fn exact_without_a_script_the_still_figures_stand() {
-    if chromium().is_none() {
-        return;
-    }
+    needs!(support::chromium());
     let page = &report().0;
     let still = page[..page.rfind("<script>").unwrap()].to_owned() + "</body></html>";
     let told = look(&still, "no_script", DESKTOP, false);
@@ -264,9 +239,7 @@ setTimeout(next, 600);
 
 #[test]
 fn exact_hands_move_the_machine_and_the_traces() {
-    if chromium().is_none() {
-        return;
-    }
+    needs!(support::chromium());
     let file = framed(&report().0, HANDS, "hands", DESKTOP);
     let (dom, console) = browse(&["--dump-dom", "--window-size=1000,1200"], &file);
     assert!(console.is_empty(), "{console:?}");
@@ -278,9 +251,7 @@ fn exact_hands_move_the_machine_and_the_traces() {
 
 #[test]
 fn exact_a_page_prints() {
-    if chromium().is_none() {
-        return;
-    }
+    needs!(support::chromium());
     let pdf = folder().join("report.pdf");
     let print = format!("--print-to-pdf={}", pdf.display());
     let (_, console) = browse(&[&print, "--no-pdf-header-footer"], &report().1);
@@ -291,9 +262,7 @@ fn exact_a_page_prints() {
 
 #[test]
 fn exact_other_pages_are_drawn_too() {
-    if chromium().is_none() {
-        return;
-    }
+    needs!(support::chromium());
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for (name, arguments, canvases) in [
         ("inspect_machine", vec!["inspect", "models/grinder"], 1),
