@@ -3,12 +3,13 @@
 
 use divan::{Bencher, black_box};
 use nalgebra::{Point3, Vector3};
+use slideway::guide::StepForce;
 use slideway::machine::Machine;
-use slideway::plant::Plant;
-use slideway::plant::axis::Axis;
+use slideway::plant::axis::{Axis, LANES};
 use slideway::plant::rapier::{GRAVITY_M_PER_S2, Rig, STEP_S, Scene};
+use slideway::plant::{Drive, Plant};
 use slideway::replay::{Motion, Stroke, Traces, follow, run};
-use slideway::twin::{Command, Sensing, Twin};
+use slideway::twin::{Batch, Command, Driven, Sensing, Twin};
 use std::path::Path;
 
 fn main() {
@@ -57,6 +58,30 @@ fn period_on_axis_with_noise(bencher: Bencher) {
     periods(bencher, &machine, Axis::of(&machine.constants()), Sensing::AsStated { seed: 1 });
 }
 
+/// Eight parameter sets in one pass: the time of all of them.
+#[divan::bench(sample_count = 100, sample_size = 10_000)]
+fn period_of_batch_of_eight(bencher: Bencher) {
+    let stated = machine();
+    let twins: Vec<_> = (0..LANES)
+        .map(|k| {
+            let viscous = toml::Value::Float(330.0 + k as f64);
+            let machine = stated.with_settings([("guide.viscous_n_s_per_m", viscous)]).unwrap();
+            let axis = Axis::of(&machine.constants());
+            Twin::new(&machine, axis, Sensing::Perfect)
+        })
+        .collect();
+    let mut batch = Batch::of(twins, Driven::ByControllers).unwrap();
+    let reference = reference(&stated, true);
+    let commands: Vec<Command> = follow(&reference, stated.description().sample_period_s).collect();
+    let (mut next, mut sum) = (0, 0.0);
+    bencher.bench_local(|| {
+        next = if next + 1 < commands.len() { next + 1 } else { 0 };
+        let command = black_box(commands[next]);
+        batch.step(|_| command, |_, sample| sum += sample.position + sample.thrust);
+        black_box(sum)
+    });
+}
+
 /// Four steps of the rigid-body plant.
 #[divan::bench(sample_count = 100, sample_size = 1000)]
 fn period_on_rapier(bencher: Bencher) {
@@ -74,8 +99,8 @@ fn step_of_rapier_plant(bencher: Bencher) {
     rig.place(0.01, 0.0);
     bencher.bench_local(|| {
         let force = black_box(-SPRING_N_PER_M) * rig.position();
-        let coast = rig.coast(force);
-        rig.advance(force, 0.0);
+        let coast = rig.coast(Drive::Force(force));
+        rig.advance(StepForce::ZERO, StepForce::ZERO);
         coast
     });
 }

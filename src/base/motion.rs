@@ -93,6 +93,12 @@ impl BaseMotion {
         modes.map(|(p, mode)| p.velocity_by_position * mode[0] + p.velocity_by_velocity * mode[1]).sum()
     }
 
+    /// Displacement of the base one step on if no force acted, m.
+    pub fn free_displacement(&self, state: &[f64]) -> f64 {
+        let modes = self.propagators.iter().zip(state.chunks_exact(2));
+        modes.map(|(p, mode)| p.position_by_position * mode[0] + p.position_by_velocity * mode[1]).sum()
+    }
+
     /// Displacement one step on per force held over it, m/N.
     pub fn displacement_per_force(&self) -> f64 {
         self.displacement_per_force

@@ -1,7 +1,7 @@
 //! `slideway diagnose`: where a recording and the machine's twin disagree, which effect causes it, how far the
 //! gap shrinks.
 
-use std::io::{self, IsTerminal as _, Write as _};
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -14,18 +14,14 @@ use slideway::machine::Machine;
 use slideway::recording::Recording;
 use slideway::report::figure::svg;
 use slideway::report::material::Material;
-use slideway::report::{Style, html, sentence, terminal};
+use slideway::report::{html, sentence, terminal};
 
 use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
-use super::{Failure, Screen};
+use super::{Failure, Screen, style};
 
 /// Exit code with `--exit-code` when there is a gap, as `diff` has it.
 const GAP_FOUND: u8 = 1;
-/// Columns of the report where the environment variable COLUMNS does not tell.
-const COLUMNS: usize = 88;
-/// Lines longer than this are hard to read.
-const MOST_COLUMNS: usize = 100;
 
 /// Replays the recorded runs through the machine's twin, locates where they disagree, fits every effect of the
 /// catalogue to the training runs and compares them on the held-out runs.
@@ -218,12 +214,6 @@ fn check_motion(machine: &Machine, recording: &Recording) -> Result<(), Error> {
         .found(format!("a {} axis", recording.motion()))
         .expected(format!("a {} one, as is the machine {}", machine.motion(), machine.file().display()))
         .remedy("name the machine that was recorded, or correct the signals' names"))
-}
-
-fn style() -> Style {
-    let colour = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
-    let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    Style { colour, width: told.unwrap_or(COLUMNS).min(MOST_COLUMNS) }
 }
 
 fn json(diagnosis: &Diagnosis) -> Result<String, Error> {

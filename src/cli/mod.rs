@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 2 bad input. A command may return another one of its own.
 
+mod crosscheck;
 mod diagnose;
 mod identify;
 mod inspect;
@@ -12,7 +13,7 @@ mod setting;
 mod table;
 mod trial;
 
-use std::io::{self, Write};
+use std::io::{self, IsTerminal as _, Write};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -20,12 +21,18 @@ use clap::{Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use slideway::error::Error;
 use slideway::replay::PlantChoice;
+use slideway::report::Style;
 
 /// Exit code of every refusal.
 const BAD_INPUT: u8 = 2;
 
 /// Time between two pictures of a spinner.
 const SPINNER_STEP: Duration = Duration::from_millis(120);
+
+/// Columns of the report where the environment variable COLUMNS does not tell.
+const COLUMNS: usize = 88;
+/// Lines longer than this are hard to read.
+const MOST_COLUMNS: usize = 100;
 
 /// A multibody twin of a servo-driven machine axis that says why the real machine disagrees with it.
 #[derive(Debug, Parser)]
@@ -47,6 +54,8 @@ enum Command {
     Replay(replay::Replay),
     /// Identify a sampled transfer function, from a machine's solid model or from a recording
     Identify(identify::Identify),
+    /// Hold the plants against each other: the same strokes on axis, rigid-body scene and MuJoCo
+    Crosscheck(crosscheck::CrosscheckCommand),
     /// Show what is in a recording or a machine
     Inspect(inspect::Inspect),
     /// Check the diagnosis on machines whose effect is withheld
@@ -136,9 +145,17 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
         Command::Diagnose(diagnose) => diagnose.run(screen),
         Command::Replay(replay) => replay.run(screen),
         Command::Identify(identify) => identify.run(screen),
+        Command::Crosscheck(crosscheck) => crosscheck.run(screen),
         Command::Inspect(inspect) => inspect.run(screen),
         Command::Trial(trial) => trial.run(screen),
     }
+}
+
+/// How a report is set on this terminal.
+fn style() -> Style {
+    let colour = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
+    let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
+    Style { colour, width: told.unwrap_or(COLUMNS).min(MOST_COLUMNS) }
 }
 
 /// The plant to simulate on.
@@ -148,6 +165,8 @@ enum Plant {
     Rapier,
     /// The reduced-order axis derived from the solid model; faster
     Axis,
+    /// The same URDF and meshes in MuJoCo, where this program was built with that feature
+    Mujoco,
 }
 
 impl From<Plant> for PlantChoice {
@@ -155,6 +174,7 @@ impl From<Plant> for PlantChoice {
         match plant {
             Plant::Rapier => Self::Rapier,
             Plant::Axis => Self::Axis,
+            Plant::Mujoco => Self::Mujoco,
         }
     }
 }

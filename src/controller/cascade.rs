@@ -1,6 +1,6 @@
 //! Cascade of a proportional position loop and a proportional-integral velocity loop.
 
-use super::{Input, Memory};
+use super::Gains;
 use serde::{Deserialize, Serialize};
 
 /// Cascade control: position P, velocity PI, with optional velocity feed-forward.
@@ -32,23 +32,21 @@ pub struct Cascade {
 }
 
 impl Cascade {
-    pub(super) fn effort_v(&self, memory: &mut Memory, input: Input, period_s: f64) -> f64 {
-        let Self {
-            position_gain_per_s: kp,
-            velocity_gain_v_s_per_m: kv,
-            velocity_integral_per_s: ki,
-            velocity_feedforward: f,
-        } = *self;
-        let error =
-            kp * (input.position_reference - input.position) + f * input.velocity_reference - input.velocity;
-        memory.integral_v += kv * ki * period_s * error;
-        kv * error + memory.integral_v
+    pub(super) fn gains(&self, period_s: f64) -> Gains {
+        let velocity = self.velocity_gain_v_s_per_m;
+        Gains {
+            position: self.position_gain_per_s,
+            feedforward: self.velocity_feedforward,
+            integral: velocity * self.velocity_integral_per_s * period_s,
+            error: velocity,
+            velocity: 0.0,
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::super::Controller;
+    use super::super::{Controller, Input};
     use super::*;
 
     #[test]

@@ -4,6 +4,7 @@
 //! a [`Memory`] handed in from outside. A new control law is one file here and one variant of [`Controller`].
 
 pub mod cascade;
+mod gains;
 pub mod integer;
 pub mod pdf;
 pub mod reference_delay;
@@ -11,6 +12,7 @@ pub mod reference_delay;
 use serde::{Deserialize, Serialize};
 
 pub use cascade::Cascade;
+pub use gains::Gains;
 pub use pdf::Pdf;
 pub use reference_delay::ReferenceDelay;
 
@@ -47,9 +49,14 @@ pub enum Controller {
 impl Controller {
     /// The voltage commanded to the amplifier for this sample; `period_s` is the sample period.
     pub fn effort_v(&self, memory: &mut Memory, input: Input, period_s: f64) -> f64 {
+        self.gains(period_s).effort_v(memory, input)
+    }
+
+    /// The law as its gains.
+    pub fn gains(&self, period_s: f64) -> Gains {
         match self {
-            Self::Pdf(law) => law.effort_v(memory, input, period_s),
-            Self::Cascade(law) => law.effort_v(memory, input, period_s),
+            Self::Pdf(law) => law.gains(period_s),
+            Self::Cascade(law) => law.gains(period_s),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Pseudo-derivative feedback with integer gains.
 
+use super::Gains;
 use super::integer::{IntegerGain, Scale};
-use super::{Input, Memory};
 use serde::{Deserialize, Serialize};
 
 /// Pseudo-derivative-feedback (PDF) velocity loop with integer gains, inside a proportional position
@@ -57,17 +57,20 @@ impl Pdf {
         Scale { gain_per_count, velocity_units_per_si: self.velocity_units_per_si }
     }
 
-    pub(super) fn effort_v(&self, memory: &mut Memory, input: Input, period_s: f64) -> f64 {
-        let error = self.position_gain_per_s * (input.position_reference - input.position)
-            + self.velocity_feedforward * input.velocity_reference
-            - input.velocity;
-        memory.integral_v += self.integral_gain_si() * period_s * error;
-        memory.integral_v - self.proportional_gain_si() * input.velocity
+    pub(super) fn gains(&self, period_s: f64) -> Gains {
+        Gains {
+            position: self.position_gain_per_s,
+            feedforward: self.velocity_feedforward,
+            integral: self.integral_gain_si() * period_s,
+            error: 0.0,
+            velocity: self.proportional_gain_si(),
+        }
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::{Input, Memory};
     use super::*;
 
     fn law() -> Pdf {
@@ -93,7 +96,8 @@ mod tests {
     fn exact_positive_velocity_lowers_the_effort() {
         let still = Input { position_reference: 0.0, velocity_reference: 0.0, position: 0.0, velocity: 0.0 };
         let moving = Input { velocity: 0.1, ..still };
+        let gains = law().gains(250e-6);
         let (mut a, mut b) = (Memory::default(), Memory::default());
-        assert!(law().effort_v(&mut b, moving, 250e-6) < law().effort_v(&mut a, still, 250e-6));
+        assert!(gains.effort_v(&mut b, moving) < gains.effort_v(&mut a, still));
     }
 }

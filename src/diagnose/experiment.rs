@@ -211,6 +211,22 @@ impl Experiment {
         })
     }
 
+    /// The same for several machines in one pass, sensors perfect.
+    ///
+    /// # Errors
+    /// A setting of the run that one of the machines does not have.
+    pub fn predict_together(&self, machines: &[Machine]) -> Result<Vec<Traces>> {
+        let machines: Vec<Machine> = machines.iter().map(|m| self.machine(m)).collect::<Result<_>>()?;
+        Ok(match &self.mode {
+            Mode::ClosedLoop => {
+                let mut all = self.recorded.replay_together(&machines);
+                all.iter_mut().for_each(|traces| self.share_zero(traces));
+                all
+            }
+            Mode::Windows(windowed) => windowed.replay_together(&machines),
+        })
+    }
+
     /// Of two position sensors in a closed loop, the one that does not close the position loop. Its mean over a run means
     /// nothing: its zero is its own, and where in its play a drive train stood at the start is not known.
     pub fn second_sensor(&self) -> Option<Signal> {

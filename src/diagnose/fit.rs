@@ -184,9 +184,8 @@ fn promising(objective: &Objective) -> Result<Vec<Vec<f64>>> {
     if starts.len() <= DESCENTS {
         return Ok(starts);
     }
-    let sizes: Result<Vec<f64>> =
-        starts.iter().map(|start| Ok(objective.size(&objective.residuals(start)?))).collect();
-    let mut sized: Vec<(f64, Vec<f64>)> = sizes?.into_iter().zip(starts).collect();
+    let sizes: Vec<f64> = objective.residuals_of(&starts)?.iter().map(|r| objective.size(r)).collect();
+    let mut sized: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
     sized.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(sized.into_iter().take(DESCENTS).map(|(_, start)| start).collect())
 }

@@ -7,7 +7,6 @@ use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
-use crate::twin::Sensing;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
@@ -64,23 +63,37 @@ impl<'a> Objective<'a> {
     /// # Errors
     /// A setting of a run that the machine does not have.
     pub fn residuals(&self, values: &[f64]) -> Result<DVector<f64>> {
-        let Ok(machine) = self.hypothesis.machine(self.machine, values) else {
-            // A value that the description refuses (no mass left, say) explains nothing.
-            let rows = self.experiments.iter().map(|e| self.rows(e) * e.signals().len()).sum();
-            return Ok(DVector::from_element(rows, LARGEST));
-        };
-        let mut all = Vec::new();
+        Ok(self.residuals_of(&[values.to_vec()])?.remove(0))
+    }
+
+    /// The same for several sets of values, replayed in one pass.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub fn residuals_of(&self, sets: &[Vec<f64>]) -> Result<Vec<DVector<f64>>> {
+        let machines: Vec<Option<Machine>> =
+            sets.iter().map(|values| self.hypothesis.machine(self.machine, values).ok()).collect();
+        let valid: Vec<Machine> = machines.iter().flatten().cloned().collect();
+        let mut all: Vec<Vec<f64>> = vec![Vec::new(); valid.len()];
         for experiment in self.experiments {
-            let predicted = experiment.predict(&machine, Sensing::Perfect)?;
-            for &signal in experiment.signals() {
-                let residual = self.floor.normalised(experiment, signal, &predicted);
-                all.extend(residual.into_iter().step_by(self.stride));
+            let predicted = experiment.predict_together(&valid)?;
+            for (residuals, traces) in all.iter_mut().zip(&predicted) {
+                for &signal in experiment.signals() {
+                    let residual = self.floor.normalised(experiment, signal, traces);
+                    residuals.extend(residual.into_iter().step_by(self.stride));
+                }
             }
         }
-        for residual in &mut all {
-            *residual = if residual.is_finite() { residual.clamp(-LARGEST, LARGEST) } else { LARGEST };
-        }
-        Ok(DVector::from_vec(all))
+        let bounded = |r: f64| if r.is_finite() { r.clamp(-LARGEST, LARGEST) } else { LARGEST };
+        let mut all = all.into_iter();
+        let rows = || self.experiments.iter().map(|e| self.rows(e) * e.signals().len()).sum();
+        // A value that the description refuses (no mass left, say) explains nothing.
+        let refused = || DVector::from_element(rows(), LARGEST);
+        let of = |machine: &Option<Machine>| match machine.as_ref().and_then(|_| all.next()) {
+            Some(residuals) => DVector::from_vec(residuals).map(bounded),
+            None => refused(),
+        };
+        Ok(machines.iter().map(of).collect())
     }
 
     /// Derivatives of the residuals by the numbers in units of their scale; columns that `known` has are taken from
@@ -92,6 +105,7 @@ impl<'a> Objective<'a> {
         known: Option<&Sensitivities>,
     ) -> Result<DMatrix<f64>> {
         let mut jacobian = DMatrix::zeros(residuals.len(), values.len());
+        let (mut varied, mut steps) = (Vec::new(), Vec::new());
         for (k, free) in self.hypothesis.free.iter().enumerate() {
             if let Some(column) = known.and_then(|known| known.column(free)) {
                 jacobian.set_column(k, &column);
@@ -100,16 +114,19 @@ impl<'a> Objective<'a> {
             if free.held {
                 continue;
             }
-            let mut varied = values.to_vec();
             let reach = DIFFERENCE * free.scale;
             let step = if values[k] + reach <= free.range.1 { reach } else { -reach };
             if values[k] + step < free.range.0 {
                 continue; // no room to vary: the data leave this number where it is
             }
-            varied[k] += step;
+            let mut set = values.to_vec();
+            set[k] += step;
+            varied.push(set);
             // In units of the number's scale, so that columns are comparable.
-            let column = (self.residuals(&varied)? - residuals) * (free.scale / step);
-            jacobian.set_column(k, &column);
+            steps.push((k, free.scale / step));
+        }
+        for ((k, per_step), changed) in steps.into_iter().zip(self.residuals_of(&varied)?) {
+            jacobian.set_column(k, &((changed - residuals) * per_step));
         }
         Ok(jacobian)
     }

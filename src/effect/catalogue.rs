@@ -116,6 +116,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.resistance(direction, speed),)+ }
             }
 
+            /// See [`Law::RESISTANCE_VARIES`].
+            pub fn resistance_varies(&self) -> bool {
+                match self { $(Self::$law(_) => <$law as Law>::RESISTANCE_VARIES,)+ }
+            }
+
             /// See [`Law::load_coefficient`].
             pub fn load_coefficient(&self) -> f64 {
                 match self { $(Self::$law(law) => law.load_coefficient(),)+ }

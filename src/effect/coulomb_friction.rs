@@ -37,6 +37,7 @@ impl Law for CoulombFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "Coulomb friction";
     const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
+    const RESISTANCE_VARIES: bool = false;
     const DOORS: &'static [Door] = &[Door::Resistance];
 
     fn fault(&self) -> Option<String> {

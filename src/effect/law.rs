@@ -157,6 +157,9 @@ pub trait Law: Sized {
     /// The doors that it overrides.
     const DOORS: &'static [Door] = &[];
 
+    /// Whether [`resistance`](Law::resistance) depends on speed.
+    const RESISTANCE_VARIES: bool = true;
+
     /// Whether the first parameter found by screening comes on top of what the twin states already.
     const CUMULATIVE: bool = false;
 

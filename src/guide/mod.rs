@@ -1,9 +1,11 @@
 //! The guide: what the moving part slides or turns on, and how it sticks and slips.
 
 mod bristle;
+mod step;
 pub mod stick_slip;
 
 pub use bristle::Bristle;
+pub use step::{Coast, Response, StepForce};
 
 use serde::{Deserialize, Serialize};
 

@@ -1,101 +1,175 @@
 //! Implicit stick–slip: the friction force over one step, sticking included.
 
-/// How the guide would move over one step, and how much a force changes that.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Coast {
-    /// Velocity of the moving part relative to the base at the beginning of the step.
-    pub velocity: f64,
-    /// Velocity at the end of the step without guide friction.
-    pub free_velocity: f64,
-    /// Change of the velocity at the end of the step per unit of force held over the step; > 0.
-    pub mobility: f64,
-}
+use super::step::{Coast, StepForce};
 
-/// Friction force, held over the step, that the guide answers with.
+/// Friction force over one step with which the guide answers.
 ///
 /// # Model
 /// Dry friction is a set-valued law, `F ∈ −R(s, |v|)·Sgn(v)`: at rest any force up to the breakaway value
-/// R(s, 0) holds. Over one step of a plant that is linear otherwise, velocity ends at
-/// `v₁ = v_free + β·F`. Three cases:
+/// R(s, 0) holds. The other forces P move linearly over the step, as velocity and displacement without friction say; over
+/// a share of the step the velocity changes by β times the mean of P and friction. In the step the axis
 ///
-/// 1. The axis keeps its direction s: `v₁ = v_free − s·β·R(s, ½(|v₀| + |v₁|))`, a scalar equation (midpoint
-///    speed makes it second order in the step; exact for Coulomb friction).
-/// 2. It comes to rest at the fraction `θ = |v₀|/(β·(P + R(s, ½|v₀|)))` of the step, where P is the mean of the
-///    other forces against s, and P ≤ R(−s, 0) holds it there: v₁ = 0.
-/// 3. It comes to rest at θ and goes on in the other direction:
-///    `v₁ = −s·(1 − θ)·β·(P − R(−s, ½|v₁|))`.
+/// 1. keeps its direction s: `v₁ = v_free − s·β·R̄` with the mean R̄ of R over the velocities from v₀ to v₁ (Simpson's
+///    rule), a scalar equation; exact for Coulomb friction; the force rises from −s·R(s, |v₀|) to −s·R(s, |v₁|);
+/// 2. or slows down under the mean of R over the velocities from v₀ to 0 until it comes to rest at the share θ, rests as long as P stays within the breakaway
+///    values, and goes on from where P leaves them, in the direction of P: rest, and both velocities, are resolved
+///    inside the step.
 ///
-/// The answer is the mean of the friction force over the step, in [−R(s), R(−s)]. In a step that comes to rest,
-/// it may point along v₀: the part that holds is then larger than the part that brakes.
+/// The answer is the friction force as mean and rise: those with which the plant ends the step with that velocity after that
+/// way. A stuck axis does not move at all, however the motor's force moves within the step. In a step that comes to
+/// rest, the mean may point along v₀: the part that holds is then larger than the part that brakes.
 ///
-/// `resistance(direction, speed)` is R ≥ 0. Positive force acts along positive position.
+/// `resistance(direction, speed)` is R ≥ 0, `step_s` the step h. Positive force acts along positive position.
 ///
 /// # Validity
-/// Resistance varying little over the velocity change of one step; direction changes at most once a step.
+/// Resistance varying little over the velocity change of one step; one stop and one start a step at most.
 ///
 /// # Source
-/// Moreau's time stepping for dry friction (Acary, Brogliato 2008, ch. 10), with the reversal resolved inside
+/// Moreau's time stepping for dry friction (Acary, Brogliato 2008, ch. 10), with stop and start resolved inside
 /// the step.
 ///
 /// ```
-/// use slideway::guide::stick_slip::{friction, Coast};
+/// use slideway::guide::{Coast, StepForce, stick_slip::friction};
 /// let coulomb = |_direction: f64, _speed: f64| 10.0;
 /// // Sliding: the full 10 N oppose. At rest below 10 N: friction balances the rest exactly.
 /// // The force is a difference of velocities over β: rounding is 1e-16·v/β, some 1e-13 N here.
 /// let near = |force: f64, expected: f64| (force - expected).abs() < 1e-9;
-/// let sliding = Coast { velocity: 1.0, free_velocity: 1.0, mobility: 1e-3 };
-/// assert!(near(friction(sliding, coulomb), -10.0));
-/// let pushed = Coast { velocity: 0.0, free_velocity: 5e-3, mobility: 1e-3 };
-/// assert!(near(friction(pushed, coulomb), -5.0));
+/// let sliding = Coast::of_mass(1.0, 1.0, 1e-3);
+/// assert!(near(friction(sliding, 1e-3, coulomb).mean, -10.0));
+/// let pushed = Coast::of_mass(1.0, 0.0, 1e-3).under(StepForce::held(5.0));
+/// assert!(near(friction(pushed, 1e-3, coulomb).mean, -5.0));
 /// ```
 #[inline]
-pub fn friction(coast: Coast, resistance: impl Fn(f64, f64) -> f64) -> f64 {
-    let Coast { velocity, free_velocity, mobility } = coast;
-    let stop = -free_velocity / mobility;
-    if velocity == 0.0 {
-        return from_rest(coast, stop, &resistance);
-    }
+pub fn friction(coast: Coast, step_s: f64, resistance: impl Fn(f64, f64) -> f64) -> StepForce {
+    let Coast { velocity, free_velocity, response, .. } = coast;
+    let mobility = response.mobility;
     let direction = velocity.signum();
     let speed = velocity * direction;
-    let onward = slide(direction * free_velocity, speed, mobility, |w| resistance(direction, w));
+    if speed <= AT_REST * mobility * resistance(direction, 0.0) {
+        return from_rest(coast, step_s, Stop { share: 0.0, travel: 0.0 }, resistance);
+    }
+    let sag = mobility * direction * coast.push(step_s).rise / 8.0;
+    let (onward, level) =
+        slide(direction * free_velocity, speed, mobility, sag, |w| resistance(direction, w));
     if onward >= 0.0 {
-        return (direction * onward - free_velocity) / mobility;
+        let rise = direction * (resistance(direction, speed) - resistance(direction, onward));
+        return StepForce { mean: -direction * level, rise };
     }
-    // It comes to rest inside the step, at the fraction `until_rest` of it (velocity falls linearly).
-    let until_rest = speed / (speed - onward);
-    let pull = direction * (velocity - free_velocity) / mobility; // the other forces, against the old motion
-    if pull <= resistance(-direction, 0.0) {
-        return stop;
-    }
-    let rest_of_step = (1.0 - until_rest) * mobility;
-    let onward = slide(rest_of_step * pull, 0.0, rest_of_step, |w| resistance(-direction, w)).max(0.0);
-    (-direction * onward - free_velocity) / mobility
+    // Simpson's rule over the velocities until rest.
+    let level = |share: f64| resistance(direction, share * speed);
+    let stop = stop(coast, step_s, (level(1.0) + 4.0 * level(0.5) + level(0.0)) / 6.0);
+    from_rest(coast, step_s, stop, resistance)
 }
 
-fn from_rest(coast: Coast, stop: f64, resistance: &impl Fn(f64, f64) -> f64) -> f64 {
-    let Coast { free_velocity, mobility, .. } = coast;
-    let direction = free_velocity.signum();
-    if stop.abs() <= resistance(direction, 0.0) {
-        return stop;
-    }
-    let onward = slide(direction * free_velocity, 0.0, mobility, |w| resistance(direction, w)).max(0.0);
-    (direction * onward - free_velocity) / mobility
+/// What friction would take away within this share of a step counts as rest: far below rounding of the motion.
+pub const AT_REST: f64 = 1e-12;
+
+/// Where in the step the axis comes to rest.
+#[derive(Debug, Clone, Copy)]
+struct Stop {
+    /// Share of the step.
+    share: f64,
+    /// Displacement until then.
+    travel: f64,
 }
 
-/// Speed at the end of a step that keeps its direction; negative when it would not.
-fn slide(free_speed: f64, speed: f64, mobility: f64, resistance: impl Fn(f64) -> f64) -> f64 {
+/// The stop of an axis that friction of this level brakes.
+fn stop(coast: Coast, step_s: f64, braking: f64) -> Stop {
+    let direction = coast.velocity.signum();
+    let (speed, mobility) = (coast.velocity.abs(), coast.response.mobility);
+    let push = Push::of(coast.push(step_s));
+    // Against v₀: speed + β·((p₀ − R)·θ + Δp·θ²/2) = 0, its first root.
+    let slope = mobility * (direction * push.begin - braking);
+    let bend = mobility * direction * push.change();
+    let root = (slope * slope - 2.0 * bend * speed).max(0.0).sqrt();
+    let share = (2.0 * speed / (root - slope)).min(1.0);
+    let way = share * (speed + share * (0.5 * slope + share * bend / 6.0));
+    Stop { share, travel: direction * way * step_s }
+}
+
+/// The forces but friction at the beginning and the end of a step.
+#[derive(Debug, Clone, Copy)]
+struct Push {
+    begin: f64,
+    end: f64,
+}
+
+impl Push {
+    #[inline(always)]
+    fn of(force: StepForce) -> Self {
+        Self { begin: force.mean - 0.5 * force.rise, end: force.mean + 0.5 * force.rise }
+    }
+
+    fn change(self) -> f64 {
+        self.end - self.begin
+    }
+
+    fn at(self, share: f64) -> f64 {
+        self.begin + share * self.change()
+    }
+}
+
+/// The answer for an axis that rests from a share of the step on, until it breaks away.
+#[inline]
+fn from_rest(coast: Coast, step_s: f64, stop: Stop, resistance: impl Fn(f64, f64) -> f64) -> StepForce {
+    let push = Push::of(coast.push(step_s));
+    let Some((share, direction)) = breakaway(push, stop.share, &resistance) else {
+        return coast.force_to(0.0, stop.travel);
+    };
+    let left = 1.0 - share;
+    let mean = direction * 0.5 * (push.at(share) + push.end);
+    let mobility = left * coast.response.mobility;
+    let sag = mobility * direction * (push.end - push.at(share)) / 8.0;
+    let (onward, _) = slide(mobility * mean, 0.0, mobility, sag, |w| resistance(direction, w));
+    let onward = onward.max(0.0);
+    // From rest under a force that moves linearly: a half of the end's speed, less a part that its rise delays.
+    let delayed = mobility * direction * (push.end - push.at(share)) / 12.0;
+    let way = (0.5 * onward - delayed).max(0.0) * left * step_s;
+    coast.force_to(direction * onward, stop.travel + direction * way)
+}
+
+/// The share of the step, from `share` on, at which the push leaves what holds the axis, and its direction there.
+#[inline]
+fn breakaway(push: Push, share: f64, resistance: &impl Fn(f64, f64) -> f64) -> Option<(f64, f64)> {
+    let now = push.at(share);
+    let leaves = |force: f64| force.abs() > resistance(force.signum(), 0.0);
+    if leaves(now) {
+        return Some((share, now.signum()));
+    }
+    if !leaves(push.end) {
+        return None;
+    }
+    let direction = push.end.signum();
+    let beyond = direction * resistance(direction, 0.0) - push.begin;
+    Some(((beyond / push.change()).clamp(share, 1.0), direction))
+}
+
+/// Speed at the end of a step that keeps its direction, negative when it would not, and the mean resistance; `sag` is what
+/// the speed in the middle of the step lacks to the mean of those at its ends, since the push rises.
+#[inline]
+fn slide(
+    free_speed: f64,
+    speed: f64,
+    mobility: f64,
+    sag: f64,
+    resistance: impl Fn(f64) -> f64,
+) -> (f64, f64) {
     const ITERATIONS: usize = 4;
-    let mut end = free_speed - mobility * resistance(speed);
+    let begin = resistance(speed);
+    let (mut level, mut end) = (begin, free_speed - mobility * begin);
     for _ in 0..ITERATIONS {
-        let middle = 0.5 * (speed + end.max(0.0));
-        let next = free_speed - mobility * resistance(middle);
+        let last = end.max(0.0);
+        // Simpson's rule over the step.
+        let middle = resistance((0.5 * (speed + last) - sag).max(0.0));
+        level = middle + (begin - 2.0 * middle + resistance(last)) / 6.0;
+        let next = free_speed - mobility * level;
         // Fixed-point steps contract by β·|R'|/2, which is 10⁻² and less at servo sample rates.
         if (next - end).abs() <= 1e-15 * speed.max(free_speed.abs()) {
-            return next;
+            return (next, level);
         }
         end = next;
     }
-    end
+    (end, level)
 }
 
 #[cfg(test)]
@@ -109,8 +183,8 @@ mod tests {
         let (step, mass, force) = (1e-3, 1.0, 2.0);
         let (mut position, mut velocity) = (0.0, 1.0);
         for _ in 0..1000 {
-            let coast = Coast { velocity, free_velocity: velocity, mobility: step / mass };
-            let end = velocity + coast.mobility * friction(coast, |_, _| force);
+            let coast = Coast::of_mass(mass, velocity, step);
+            let end = coast.velocity_under(friction(coast, step, |_, _| force));
             position += 0.5 * (velocity + end) * step;
             velocity = end;
         }
@@ -124,8 +198,8 @@ mod tests {
         let (mass, gravity, force, step) = (1.0, -5.0, 1.0, 1e-3);
         let (mut velocity, mut time) = (1.0, 0.0);
         while time < 0.5 - 1e-12 {
-            let coast = Coast { velocity, free_velocity: velocity + gravity * step, mobility: step / mass };
-            velocity += gravity * step + coast.mobility * friction(coast, |_, _| force);
+            let coast = Coast::of_mass(mass, velocity, step).under(StepForce::held(gravity * mass));
+            velocity = coast.velocity_under(friction(coast, step, |_, _| force));
             time += step;
         }
         // Up: deceleration 6 for 1/6 s; down: acceleration 4 for the rest. Reversal falls inside a step.
@@ -157,8 +231,8 @@ mod tests {
             let step = end / f64::from(steps);
             let mut velocity = initial;
             for _ in 0..steps {
-                let coast = Coast { velocity, free_velocity: velocity + push * step, mobility: step };
-                velocity += push * step + step * friction(coast, resistance);
+                let coast = Coast::of_mass(1.0, velocity, step).under(StepForce::held(push));
+                velocity += push * step + step * friction(coast, step, resistance).mean;
             }
             (velocity - exact).abs()
         };
@@ -205,6 +279,41 @@ mod tests {
         prop_oneof![Just(0.0), -0.05..0.05f64, -0.01..0.01f64, -1.0..1.0f64]
     }
 
+    /// A stuck axis stays where it is while the motor's force moves within the step.
+    #[test]
+    fn exact_a_stuck_axis_does_not_move_under_a_changing_force() {
+        let (mass, step) = (51.28, 250e-6);
+        let pushed = Coast::of_mass(mass, 0.0, step).under(StepForce::between(2.0, 9.0));
+        let answer = friction(pushed, step, |_, _| 10.0);
+        assert!(pushed.velocity_under(answer).abs() < 1e-18 && pushed.travel_under(answer).abs() < 1e-20);
+        assert!((answer.mean + 5.5).abs() < 1e-9 && (answer.rise + 7.0).abs() < 1e-6, "{answer:?}");
+    }
+
+    /// A push that rises through the breakaway force within the step: the body moves from there on only.
+    #[test]
+    fn exact_breakaway_inside_a_step() {
+        let (mass, step) = (2.0, 1e-3);
+        let coast = Coast::of_mass(mass, 0.0, step).under(StepForce::between(6.0, 14.0));
+        let answer = friction(coast, step, |_, _| 10.0);
+        // From half of the step on, 0 to 4 N: v = ½·4 N·½h/m, x = 4 N·(½h)²/(6·m).
+        let left = 0.5 * step;
+        assert!((coast.velocity_under(answer) - 0.5 * 4.0 * left / mass).abs() < 1e-15);
+        assert!((coast.travel_under(answer) - 4.0 * left * left / (6.0 * mass)).abs() < 1e-18);
+    }
+
+    /// Friction that stops a body under a falling push, then holds it: the way is that of the cubic until it rests.
+    #[test]
+    fn exact_stop_under_a_changing_push() {
+        let (mass, step, velocity) = (1.0, 1e-2, 0.02);
+        let coast = Coast::of_mass(mass, velocity, step).under(StepForce::between(4.0, -4.0));
+        let answer = friction(coast, step, |_, _| 9.0);
+        // v(t) = v + (4 − 9)·t − 8·t²/(2h) = 0
+        let time = (-5.0 + (25.0 + 2.0 * 8.0 / step * velocity).sqrt()) / (8.0 / step);
+        let way = velocity * time - 2.5 * time * time - 8.0 / step * time.powi(3) / 6.0;
+        assert!(coast.velocity_under(answer).abs() < 1e-15);
+        assert!((coast.travel_under(answer) - way).abs() < 1e-15, "{way}");
+    }
+
     proptest! {
         /// A step under a constant push is the closed form: slide, stop, stick or reverse.
         #[test]
@@ -214,12 +323,15 @@ mod tests {
             positive in 0.0..30.0f64,
             negative in 0.0..30.0f64,
         ) {
-            let coast = Coast { velocity, free_velocity: velocity + MOBILITY * push, mobility: MOBILITY };
-            let force = friction(coast, |direction, _| if direction > 0.0 { positive } else { negative });
-            let (expected, _) = coulomb_step(velocity, push, positive, negative);
-            let end = coast.free_velocity + MOBILITY * force;
+            let coast = Coast::of_mass(1.0 / MOBILITY, velocity, 1.0).under(StepForce::held(push));
+            let limit = |direction: f64, _: f64| if direction > 0.0 { positive } else { negative };
+            let answer = friction(coast, 1.0, limit);
+            let (expected, travel) = coulomb_step(velocity, push, positive, negative);
+            let end = coast.velocity_under(answer);
             prop_assert!((end - expected).abs() <= ROUNDING, "{} against {}", end, expected);
-            let rounding = ROUNDING / MOBILITY;
+            let gone = coast.travel_under(answer);
+            prop_assert!((gone - travel).abs() <= ROUNDING, "{} against {}", gone, travel);
+            let (force, rounding) = (answer.mean, ROUNDING / MOBILITY);
             prop_assert!(-positive - rounding <= force && force <= negative + rounding, "{}", force);
         }
 
@@ -228,8 +340,8 @@ mod tests {
         /// ½·v₁² − ½·v₀² ≤ push·travel (mass 1/β), with the travel of the motion in pieces.
         #[test]
         fn exact_friction_dissipates(velocity in velocities(), push in -50.0..50.0f64, limit in 0.0..30.0f64) {
-            let coast = Coast { velocity, free_velocity: velocity + MOBILITY * push, mobility: MOBILITY };
-            let end = coast.free_velocity + MOBILITY * friction(coast, |_, _| limit);
+            let coast = Coast::of_mass(1.0 / MOBILITY, velocity, 1.0).under(StepForce::held(push));
+            let end = coast.velocity_under(friction(coast, 1.0, |_, _| limit));
             prop_assert!(end.abs() <= velocity.abs().max(coast.free_velocity.abs()) + ROUNDING);
             let turned = push * velocity < 0.0 && push.abs() > limit;
             prop_assert!(turned || end * velocity.signum() >= -ROUNDING || velocity == 0.0, "{}", end);

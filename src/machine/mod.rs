@@ -10,7 +10,7 @@ pub mod provenance;
 mod tolerance;
 mod write;
 
-pub use description::{Base, Description, ReferenceGenerator};
+pub use description::{Base, CrosscheckPlan, Description, ReferenceGenerator};
 pub use provenance::Provenance;
 pub use tolerance::Tolerance;
 

@@ -1,17 +1,25 @@
-//! Plants: the moving part on its guide and base, with one contract for all of them.
+//! Plants: motor winding, moving part, guide drag and base, with one contract for all of them.
 //!
 //! - [`axis`]: the reduced-order axis derived from the solid model; the plant that fits run on.
 //! - [`rapier`]: the rigid-body scene built from URDF and meshes; the reference for replays.
+//! - [`mujoco`]: the same URDF and meshes in MuJoCo, the independent check; built with the feature of that name.
 
 pub mod axis;
+mod drive;
 mod loading;
+pub mod mujoco;
 pub mod rapier;
+mod resonance;
+mod winding;
 
+pub use drive::Drive;
 pub use loading::LoadModel;
+pub use resonance::Resonance;
+pub use winding::WindingState;
 
-use crate::guide::stick_slip::Coast;
+use crate::guide::{Coast, StepForce};
 
-/// A plant: forces in, position and velocity of the moving part relative to the base out.
+/// A plant: voltage and guide forces in, current, position and velocity of the moving part relative to the base out.
 ///
 /// Forces are positive along the joint's positive direction; each has its equal and opposite reaction on
 /// the base. A step is made by [`coast`](Plant::coast), which looks ahead, then [`advance`](Plant::advance).
@@ -25,19 +33,29 @@ pub trait Plant {
     /// Velocity of the moving part relative to the base, in m/s or rad/s.
     fn velocity(&self) -> f64;
 
-    /// How the coming step would end under `force` (N or N·m, held over the step) without guide friction.
-    fn coast(&mut self, force: f64) -> Coast;
+    /// Current of the motor's winding in A; zero for a motor without one.
+    fn current(&self) -> f64;
 
-    /// Makes the step that was looked at, under the motor's and the guide's force held over it.
-    fn advance(&mut self, motor_force: f64, guide_force: f64);
+    /// Sets the current of the motor's winding, in A.
+    fn set_current(&mut self, current_a: f64);
 
-    /// Puts the moving part at a position with a velocity, the base at rest.
+    /// How the coming step would end, driven so, without friction and position forces of the guide. Changes nothing
+    /// that [`position`](Plant::position), [`velocity`](Plant::velocity) and [`current`](Plant::current) show.
+    fn coast(&mut self, drive: Drive) -> Coast;
+
+    /// Makes the step that was last looked at: `motor` is what acts at the motor beside its own force (force ripple),
+    /// `guide` what acts at the guide.
+    fn advance(&mut self, motor: StepForce, guide: StepForce);
+
+    /// Puts the moving part at a position with a velocity, base at rest, without current.
     fn place(&mut self, position: f64, velocity: f64);
 
-    /// Takes the moving part to a position with a velocity while the base goes on as it moves; a plant that cannot
-    /// tell the two apart brings the base to rest.
+    /// Takes the moving part to a position with a velocity while base and current go on; a plant that cannot
+    /// tell part and base apart brings the base to rest.
     fn relocate(&mut self, position: f64, velocity: f64) {
+        let current_a = self.current();
         self.place(position, velocity);
+        self.set_current(current_a);
     }
 
     /// Everything that moves, as numbers.
@@ -47,7 +65,7 @@ pub trait Plant {
     fn restore(&mut self, snapshot: &[f64]);
 
     /// Vertical loads of the bearing sliders A–D in N after the last step, where the plant knows them.
-    fn slider_loads(&self) -> Option<[f64; 4]> {
+    fn slider_loads(&mut self) -> Option<[f64; 4]> {
         None
     }
 }

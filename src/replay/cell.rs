@@ -1,5 +1,6 @@
 //! A cell of a test plan: a stroke at a feed, as operators write it.
 
+use std::fmt;
 use std::str::FromStr;
 
 use super::Stroke;
@@ -35,12 +36,26 @@ impl FromStr for Cell {
                 .expected("STROKE@FEED, two numbers")
                 .remedy("write for instance 0.02@8 for 20 mm at 8 m/min (a turning axis: rad@rad/s)"));
         };
-        Stroke::new(stroke, feed)?;
-        Ok(Self { stroke, feed })
+        Self::new(stroke, feed)
+    }
+}
+
+impl fmt::Display for Cell {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}@{}", self.stroke, self.feed)
     }
 }
 
 impl Cell {
+    /// A stroke at a feed, in the units in which cells are written.
+    ///
+    /// # Errors
+    /// A stroke of zero, a feed of zero or less, or anything not finite.
+    pub fn new(stroke: f64, feed: f64) -> Result<Self> {
+        Stroke::new(stroke, feed)?;
+        Ok(Self { stroke, feed })
+    }
+
     /// The stroke in SI.
     ///
     /// # Errors

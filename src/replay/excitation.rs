@@ -7,10 +7,12 @@ use rand::{RngExt, SeedableRng};
 use super::PlantChoice;
 use crate::effect::Constants;
 use crate::error::{Error, ErrorKind, Result};
+use crate::guide::StepForce;
 use crate::machine::Machine;
-use crate::plant::Plant;
 use crate::plant::axis::{Axis, LONGEST_STEP_S};
+use crate::plant::mujoco::{Integrator, MujocoRig};
 use crate::plant::rapier::{GRAVITY_M_PER_S2, STEP_S, Scene};
+use crate::plant::{Drive, Plant};
 
 /// Share of the joint's travel, speed and effort that the experiment uses at most.
 const SHARE_OF_LIMITS: f64 = 0.5;
@@ -72,6 +74,7 @@ impl Excitation {
         let velocity = match plant {
             PlantChoice::Rapier => self.on_scene(machine, &constants, &force)?,
             PlantChoice::Axis => self.on_axis(constants, &force),
+            PlantChoice::Mujoco => self.on_mujoco(machine, constants, &force)?,
         };
         Ok(Excited { force, velocity, period_s: self.period_s })
     }
@@ -121,13 +124,25 @@ impl Excitation {
     fn on_axis(&self, mut constants: Constants, force: &[f64]) -> Vec<f64> {
         let steps = (self.period_s / LONGEST_STEP_S - 1e-9).ceil().max(1.0);
         constants.modes = crate::base::Modes::default();
-        let mut axis = Axis::new(&constants, self.period_s / steps);
+        Self::pushed(Axis::new(&constants, self.period_s / steps), steps as usize, force)
+    }
+
+    fn on_mujoco(&self, machine: &Machine, mut constants: Constants, force: &[f64]) -> Result<Vec<f64>> {
+        let steps = (self.period_s / STEP_S - 1e-9).ceil().max(1.0);
+        constants.modes = crate::base::Modes::default();
+        let step_s = self.period_s / steps;
+        let rig = MujocoRig::with_constants(machine, &constants, step_s, Integrator::RungeKutta)?;
+        Ok(Self::pushed(rig, steps as usize, force))
+    }
+
+    /// Velocity at the beginning of each period, in which a plant makes `steps` steps under one force.
+    fn pushed(mut plant: impl Plant, steps: usize, force: &[f64]) -> Vec<f64> {
         let mut velocity = Vec::with_capacity(force.len());
         for &force in force {
-            velocity.push(axis.velocity());
-            for _ in 0..steps as usize {
-                axis.coast(force);
-                axis.advance(force, 0.0);
+            velocity.push(plant.velocity());
+            for _ in 0..steps {
+                plant.coast(Drive::Force(force));
+                plant.advance(StepForce::ZERO, StepForce::ZERO);
             }
         }
         velocity

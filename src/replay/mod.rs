@@ -1,6 +1,7 @@
 //! Replay: strokes and recorded commands through the twin, for a whole run.
 
 mod cell;
+pub mod crosscheck;
 pub mod excitation;
 pub mod feedforward;
 mod figures;
@@ -8,6 +9,7 @@ pub mod recorded;
 pub mod recording;
 mod simulation;
 pub mod stroke;
+mod together;
 pub mod windows;
 
 pub use cell::Cell;
@@ -16,6 +18,7 @@ pub use figures::{Figures, SETTLING_BAND};
 pub use recorded::Recorded;
 pub use simulation::{PlantChoice, run_seed, simulate};
 pub use stroke::{Motion, Stroke};
+pub use together::run_together;
 
 use crate::plant::Plant;
 use crate::twin::{Command, Sample, Twin};
@@ -83,7 +86,7 @@ pub fn run<P: Plant>(
 ) -> Traces {
     let mut traces = Traces::with_capacity(commands.len());
     for (done, command) in commands.enumerate() {
-        if let Some(loads) = twin.plant().slider_loads() {
+        if let Some(loads) = twin.slider_loads() {
             traces.slider_loads.push(loads);
         }
         traces.push(twin.step(command));

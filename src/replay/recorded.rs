@@ -1,14 +1,15 @@
 //! Replay of a recorded run: the twin follows the recorded reference from the recorded start.
 
-use super::{Traces, run};
+use super::{Traces, run, run_together};
 use crate::controller::Input;
 use crate::drive::motor::Circuit;
 use crate::effect::Constants;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::Plant;
+use crate::plant::axis::Axis;
 use crate::recording::{Run, Signal};
-use crate::twin::{Command, Sensing, Twin};
+use crate::twin::{Command, Driven, Sensing, Twin};
 
 /// How a recorded run begins, in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -177,6 +178,22 @@ impl Recorded {
     /// Replays the run in closed loop on a plant.
     pub fn replay<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
         run(&mut self.twin(machine, plant, sensing), self.commands.iter().copied(), |_| ())
+    }
+
+    /// The same for several machines with perfect sensors, on the reduced axis and in one pass.
+    pub fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
+        let twin = |machine: &Machine| self.twin(machine, Axis::of(&machine.constants()), Sensing::Perfect);
+        let room = || Traces::with_capacity(self.commands.len());
+        let mut traces: Vec<Traces> = machines.iter().map(|_| room()).collect();
+        run_together(
+            machines.iter().map(twin).collect(),
+            Driven::ByControllers,
+            self.commands.len(),
+            |_, k| self.commands[k],
+            |_| None,
+            |twin, _, sample| traces[twin].push(sample),
+        );
+        traces
     }
 
     /// The twin as the run finds it: moved to the start, its controller taken over.

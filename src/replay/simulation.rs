@@ -5,7 +5,7 @@ use std::fmt;
 use super::{Traces, follow, run};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
-use crate::plant::{axis::Axis, rapier::Rig};
+use crate::plant::{Plant, axis::Axis, mujoco::MujocoRig, rapier::Rig};
 use crate::twin::{Sensing, Twin};
 use crate::units::Motion;
 use sha2::{Digest, Sha256};
@@ -18,6 +18,8 @@ pub enum PlantChoice {
     Rapier,
     /// The reduced-order axis derived from the solid model.
     Axis,
+    /// The same URDF and meshes in MuJoCo; knows the slider loads. Needs the feature `mujoco`.
+    Mujoco,
 }
 
 impl fmt::Display for PlantChoice {
@@ -25,6 +27,7 @@ impl fmt::Display for PlantChoice {
         f.write_str(match self {
             Self::Rapier => "rigid-body scene (rapier)",
             Self::Axis => "reduced axis",
+            Self::Mujoco => "scene in MuJoCo",
         })
     }
 }
@@ -59,20 +62,29 @@ pub fn simulate(
     let periods = (STOOD_S / period_s).round() as usize;
     let standing = vec![reference.first().copied().unwrap_or(0.0); periods];
     Ok(match plant {
-        PlantChoice::Rapier => {
-            let mut twin = Twin::new(machine, Rig::new(machine)?, sensing);
-            run(&mut twin, follow(&standing, period_s), |_| ());
-            run(&mut twin, follow(reference, period_s), each)
-        }
+        PlantChoice::Rapier => walk(machine, Rig::new(machine)?, sensing, [&standing, reference], each),
         PlantChoice::Axis => {
-            let mut twin = Twin::new(machine, Axis::of(&machine.constants()), sensing);
-            run(&mut twin, follow(&standing, period_s), |_| ());
-            run(&mut twin, follow(reference, period_s), each)
+            walk(machine, Axis::of(&machine.constants()), sensing, [&standing, reference], each)
         }
+        PlantChoice::Mujoco => walk(machine, MujocoRig::new(machine)?, sensing, [&standing, reference], each),
     })
 }
 
-fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
+/// Follows one reference after the other; the traces are those of the last.
+fn walk<P: Plant>(
+    machine: &Machine,
+    plant: P,
+    sensing: Sensing,
+    [standing, reference]: [&[f64]; 2],
+    each: impl FnMut(usize),
+) -> Traces {
+    let period_s = machine.description().sample_period_s;
+    let mut twin = Twin::new(machine, plant, sensing);
+    run(&mut twin, follow(standing, period_s), |_| ());
+    run(&mut twin, follow(reference, period_s), each)
+}
+
+pub(super) fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
     let joint = &machine.solid().joint;
     match reference.iter().find(|position| !(joint.lower..=joint.upper).contains(*position)) {
         None => Ok(()),

@@ -1,16 +1,17 @@
 //! Open-loop replay in windows: the twin is driven with what was measured and set anew, from time to time, to the
 //! measured state.
 
-use super::Traces;
 use super::recorded::Start;
+use super::{Traces, run_together};
 use crate::drive::motor::{Circuit, CircuitStep};
 use crate::effect::{Constants, Door, Effect};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::Plant;
+use crate::plant::axis::Axis;
 use crate::recording::{Run, Signal};
 use crate::sensor::End;
-use crate::twin::{Command, Sensing, Twin, load_positions};
+use crate::twin::{Command, Driven, Sample, Sensing, Twin, load_positions};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -111,12 +112,7 @@ impl Windowed {
         let drive = Drive::of(self, machine, sensing);
         let plain = self.walk(machine, plant.clone(), Sensing::Perfect, &drive, Some(0.0));
         let nudged = self.walk(machine, plant.clone(), Sensing::Perfect, &drive, Some(self.nudge));
-        let response = Response::between(&plain, &nudged, self.nudge);
-        let mut clean = plain.traces.clone();
-        self.settle(&response, &mut clean);
-        if let Some(load) = self.load(machine, &clean.position) {
-            clean.load_position = load;
-        }
+        let (response, clean) = self.settled(machine, &plain, &nudged);
         let mut traces = match sensing {
             Sensing::Perfect => clean,
             noisy @ Sensing::AsStated { .. } => {
@@ -132,6 +128,33 @@ impl Windowed {
         drive.complete(&mut traces, self.input);
         self.settle_load(&mut traces);
         traces
+    }
+
+    /// The same for several machines with perfect sensors, on the reduced axis and in one pass.
+    pub fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
+        let drives: Vec<Drive> = machines.iter().map(|m| Drive::of(self, m, Sensing::Perfect)).collect();
+        let plain = self.walk_together(machines, &drives, 0.0);
+        let nudged = self.walk_together(machines, &drives, self.nudge);
+        let walks = plain.iter().zip(&nudged).zip(machines.iter().zip(&drives));
+        walks
+            .map(|((plain, nudged), (machine, drive))| {
+                let (_, mut traces) = self.settled(machine, plain, nudged);
+                drive.complete(&mut traces, self.input);
+                self.settle_load(&mut traces);
+                traces
+            })
+            .collect()
+    }
+
+    /// The twins' response to a change of the initial velocities, and what they predict from those that suit best.
+    fn settled(&self, machine: &Machine, plain: &Walk, nudged: &Walk) -> (Response, Traces) {
+        let response = Response::between(plain, nudged, self.nudge);
+        let mut clean = plain.traces.clone();
+        self.settle(&response, &mut clean);
+        if let Some(load) = self.load(machine, &clean.position) {
+            clean.load_position = load;
+        }
+        (response, clean)
     }
 
     fn settle(&self, response: &Response, traces: &mut Traces) {
@@ -168,26 +191,51 @@ impl Windowed {
         drive: &Drive,
         faster: Option<f64>,
     ) -> Walk {
-        let mut twin = Twin::new(machine, plant, sensing);
-        let (first, start) = (self.restarts.first(), &self.start);
-        let (position, velocity) =
-            first.map_or((start.position, start.velocity), |r| (r.position, r.velocity));
-        twin.start(position, velocity + faster.unwrap_or(0.0), start.effort_v.unwrap_or(0.0));
-        if let Some(shown) = start.load_position {
-            twin.set_load_reading(shown);
-        }
-        twin.set_current(start.current_a(&machine.constants()));
+        let mut twin = self.twin(machine, plant, sensing, faster.unwrap_or(0.0));
         let mut walk = Walk::with_capacity(self.run.len());
         let mut restarts = self.restarts.iter().skip(1).peekable();
         for k in 0..self.run.len() {
             if let (Some(faster), Some(restart)) = (faster, restarts.next_if(|r| r.sample == k)) {
                 twin.restart(restart.position, restart.velocity + faster);
             }
-            walk.position.push(twin.plant().position());
-            walk.velocity.push(twin.plant().velocity());
-            walk.traces.push(twin.step(drive.command(k, self.input)));
+            let state = twin.state();
+            walk.push(state, twin.step(drive.command(k, self.input)));
         }
         walk
+    }
+
+    /// Walks of several machines, each window begun faster by so much.
+    fn walk_together(&self, machines: &[Machine], drives: &[Drive], faster: f64) -> Vec<Walk> {
+        let twin = |m| self.twin(m, Axis::of(&m.constants()), Sensing::Perfect, faster);
+        let mut walks: Vec<Walk> = machines.iter().map(|_| Walk::with_capacity(self.run.len())).collect();
+        let later = &self.restarts[1.min(self.restarts.len())..];
+        let restart = |k: usize| {
+            let found = later.binary_search_by_key(&k, |restart| restart.sample).ok()?;
+            Some([later[found].position, later[found].velocity + faster])
+        };
+        run_together(
+            machines.iter().map(twin).collect(),
+            if self.input == Input::Effort { Driven::ByEffort } else { Driven::ByForce },
+            self.run.len(),
+            |twin, k| drives[twin].command(k, self.input),
+            restart,
+            |twin, state, sample| walks[twin].push(state, sample),
+        );
+        walks
+    }
+
+    /// The machine's twin at the start of the run, faster by so much.
+    fn twin<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing, faster: f64) -> Twin<P> {
+        let mut twin = Twin::new(machine, plant, sensing);
+        let (first, start) = (self.restarts.first(), &self.start);
+        let (position, velocity) =
+            first.map_or((start.position, start.velocity), |r| (r.position, r.velocity));
+        twin.start(position, velocity + faster, start.effort_v.unwrap_or(0.0));
+        if let Some(shown) = start.load_position {
+            twin.set_load_reading(shown);
+        }
+        twin.set_current(start.current_a(&machine.constants()));
+        twin
     }
 
     /// The zero of the second sensor is its own: the mean difference over the run means nothing.
@@ -216,6 +264,12 @@ impl Walk {
     fn with_capacity(samples: usize) -> Self {
         let room = || Vec::with_capacity(samples);
         Self { traces: Traces::with_capacity(samples), position: room(), velocity: room() }
+    }
+
+    fn push(&mut self, [position, velocity]: [f64; 2], sample: Sample) {
+        self.position.push(position);
+        self.velocity.push(velocity);
+        self.traces.push(sample);
     }
 }
 
@@ -354,7 +408,6 @@ impl Response {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::twin::Sample;
 
     #[test]
     fn exact_a_window_is_moved_onto_the_measured_line() {

@@ -5,6 +5,7 @@
 
 mod changes;
 pub mod confusion;
+mod crosscheck;
 mod extent;
 pub mod figure;
 mod follow_up;
@@ -17,5 +18,6 @@ mod sentence;
 mod terminal;
 mod which;
 
+pub use crosscheck::crosscheck;
 pub use sentence::sentence;
 pub use terminal::{Style, terminal};

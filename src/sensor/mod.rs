@@ -45,6 +45,7 @@ impl LoadSensor {
 }
 
 /// `value` on the nearest multiple of `step`; a step of zero leaves it.
+#[inline]
 pub fn rounded(value: f64, step: f64) -> f64 {
     if step > 0.0 { (value / step).round() * step } else { value }
 }

@@ -45,6 +45,16 @@ impl VelocityMemory {
         Self { readings, estimate: velocity }
     }
 
+    /// The reading before the coming one.
+    pub fn newest_reading(&self) -> f64 {
+        self.readings[0]
+    }
+
+    /// The estimate so far.
+    pub fn estimate(&self) -> f64 {
+        self.estimate
+    }
+
     /// The memory of the same motion, moved by `position` at the coming sample and faster by `velocity`.
     #[must_use]
     pub fn shifted(mut self, position: f64, velocity: f64, period_s: f64) -> Self {
@@ -101,8 +111,11 @@ impl VelocityEstimate {
     pub fn update(&self, memory: &mut VelocityMemory, x: f64, period_s: f64) -> f64 {
         memory.estimate = match self {
             Self::SmoothedDifference { time_constant_s } => {
-                let difference = (x - memory.readings[0]) / period_s;
-                memory.estimate + period_s / (period_s + time_constant_s) * (difference - memory.estimate)
+                let difference = (x - memory.readings[0]) * (1.0 / period_s);
+                // One earlier reading is all that it needs.
+                memory.readings[0] = x;
+                memory.estimate += period_s / (period_s + time_constant_s) * (difference - memory.estimate);
+                return memory.estimate;
             }
             Self::Taps { taps, time_constant_s } => {
                 let newest = taps.first().map_or(0.0, |w| w * x);

@@ -6,6 +6,15 @@ use crate::error::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
 impl Solid {
+    /// The file that a mesh's name in the URDF stands for.
+    ///
+    /// # Errors
+    /// A mesh that is not there.
+    #[cfg_attr(not(feature = "mujoco"), expect(dead_code))]
+    pub(crate) fn mesh_file(&self, written: &str) -> Result<PathBuf> {
+        mesh_path(&self.path, written)
+    }
+
     /// Every mesh that the URDF names: its path as the URDF writes it, without `package://name/` or `file://`, and
     /// the file that it stands for.
     ///

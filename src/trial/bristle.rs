@@ -1,6 +1,6 @@
 //! The friction of forged machines: bristles whose force depends on speed, direction and load.
 
-use crate::guide::stick_slip::Coast;
+use crate::guide::Coast;
 
 /// Friction that forged machines have on their guide, as the level that the bristles slide at.
 ///
@@ -40,12 +40,12 @@ impl ForgedBristle {
     /// is the sliding level at a velocity.
     ///
     /// ```
-    /// use slideway::guide::stick_slip::Coast;
+    /// use slideway::guide::Coast;
     /// use slideway::trial::bristle::ForgedBristle;
     /// let bristle = ForgedBristle { stiffness: 1e8, damping: 0.0 };
     /// // Sliding steadily, the force is the level, against the motion.
     /// let (mut force, mut deflection) = (0.0, 0.0);
-    /// let coast = Coast { velocity: 0.1, free_velocity: 0.1, mobility: 1e-9 };
+    /// let coast = Coast::of_mass(1e5, 0.1, 1e-4);
     /// for _ in 0..100 {
     ///     (force, deflection) = bristle.step(deflection, coast, 1e-4, |_| 12.0);
     /// }
@@ -61,7 +61,7 @@ impl ForgedBristle {
             let force = -(self.stiffness * after + self.damping * fading * (after - begun) / step_s);
             (force, after)
         };
-        let excess = |end: f64| end - coast.free_velocity - coast.mobility * answer(end).0;
+        let excess = |end: f64| end - coast.free_velocity - coast.response.mobility * answer(end).0;
         let end = root(excess, coast.free_velocity);
         answer(end)
     }
@@ -97,6 +97,7 @@ fn root(function: impl Fn(f64) -> f64, start: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::guide::StepForce;
 
     /// A push below the level deflects the bristles by the push over their stiffness, and the block stays.
     #[test]
@@ -106,10 +107,9 @@ mod tests {
         let bristle = ForgedBristle { stiffness, damping: 2.0 * 0.7 * (stiffness * mass).sqrt() };
         let (mut velocity, mut deflection, mut position) = (0.0, 0.0, 0.0);
         for _ in 0..40_000 {
-            let coast =
-                Coast { velocity, free_velocity: velocity + step / mass * push, mobility: step / mass };
+            let coast = Coast::of_mass(mass, velocity, step).under(StepForce::held(push));
             let (force, after) = bristle.step(deflection, coast, step, |_| 10.0);
-            let end = coast.free_velocity + coast.mobility * force;
+            let end = coast.free_velocity + coast.response.mobility * force;
             position += 0.5 * step * (velocity + end);
             (velocity, deflection) = (end, after);
         }
@@ -125,7 +125,7 @@ mod tests {
             ForgedBristle { stiffness: level / 1e-6, damping: 2.0 * 0.7 * (level / 1e-6_f64).sqrt() };
         let (mut velocity, mut deflection, mut position) = (1.0, 1e-6, 0.0);
         for _ in 0..10_000 {
-            let coast = Coast { velocity, free_velocity: velocity, mobility: step };
+            let coast = Coast::of_mass(1.0, velocity, step);
             let (force, after) = bristle.step(deflection, coast, step, |_| level);
             let end = velocity + step * force;
             position += 0.5 * step * (velocity + end);

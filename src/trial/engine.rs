@@ -5,6 +5,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::Plant;
 use crate::plant::axis::Axis;
+use crate::plant::mujoco::{self, Integrator, MujocoRig};
 use crate::plant::rapier::Rig;
 use crate::replay::{Traces, follow, run};
 use crate::twin::{Sensing, Twin};
@@ -31,17 +32,20 @@ pub enum Engine {
     Rapier,
     /// The reduced axis at the same step: some ten times faster, and nearer to what the diagnosis replays on.
     Axis,
+    /// MuJoCo by Runge and Kutta at the same step: shares no solver with the diagnosis. Needs the feature `mujoco`.
+    Mujoco,
 }
 
 impl Engine {
     /// Every engine.
-    pub const ALL: [Self; 2] = [Self::Rapier, Self::Axis];
+    pub const ALL: [Self; 3] = [Self::Rapier, Self::Axis, Self::Mujoco];
 
     /// The word on the command line and in files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Rapier => "rapier",
             Self::Axis => "axis",
+            Self::Mujoco => "mujoco",
         }
     }
 
@@ -61,6 +65,10 @@ impl Engine {
         Ok(match self {
             Self::Rapier => walk(&walked, Rig::with_step(&walked, step_s)?, laws, sensing, reference),
             Self::Axis => walk(&walked, Axis::new(&walked.constants(), step_s), laws, sensing, reference),
+            Self::Mujoco => {
+                let plant = MujocoRig::with_step(&walked, step_s, Integrator::RungeKutta)?;
+                walk(&walked, plant, laws, sensing, reference)
+            }
         })
     }
 }
@@ -106,6 +114,10 @@ impl FromStr for Engine {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         let names = Self::ALL.map(Self::name).join(", ");
-        Self::ALL.into_iter().find(|e| e.name() == text).ok_or_else(|| format!("expected one of {names}"))
+        let engine = Self::ALL.into_iter().find(|e| e.name() == text);
+        if engine == Some(Self::Mujoco) && !mujoco::IS_BUILT_IN {
+            return Err("this program was built without MuJoCo; build it with `--features mujoco`".to_owned());
+        }
+        engine.ok_or_else(|| format!("expected one of {names}"))
     }
 }

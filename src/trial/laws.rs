@@ -3,9 +3,9 @@
 use super::bristle::ForgedBristle;
 use crate::effect::{Effect, EffectId};
 use crate::error::Result;
-use crate::guide::stick_slip::Coast;
+use crate::guide::{Coast, StepForce};
 use crate::machine::Machine;
-use crate::plant::{LoadModel, Plant};
+use crate::plant::{Drive, LoadModel, Plant};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -143,12 +143,14 @@ pub struct Forged<P> {
     laws: ForgedLaws,
     deflection: f64,
     forces: [f64; 2],
+    /// The step that was looked at.
+    ahead: Option<Coast>,
 }
 
 impl<P: Plant> Forged<P> {
     /// The plant with these laws, the bristles undeflected.
     pub fn new(inner: P, laws: ForgedLaws) -> Self {
-        Self { inner, laws, deflection: 0.0, forces: [0.0; 2] }
+        Self { inner, laws, deflection: 0.0, forces: [0.0; 2], ahead: None }
     }
 
     /// Drag by which a direction differs from the mean of both.
@@ -190,21 +192,34 @@ impl<P: Plant> Plant for Forged<P> {
         self.inner.velocity()
     }
 
-    fn coast(&mut self, force: f64) -> Coast {
-        self.inner.coast(force)
+    fn current(&self) -> f64 {
+        self.inner.current()
     }
 
-    fn advance(&mut self, motor_force: f64, guide_force: f64) {
-        let halfway = self.inner.position() + 0.5 * self.inner.step_s() * self.inner.velocity();
-        let ripple = self.laws.ripple.map_or(0.0, |harmonics| harmonics.at(halfway));
-        let motor_force = motor_force * (1.0 + ripple);
-        let guide_force = guide_force + self.laws.cogging.map_or(0.0, |harmonics| harmonics.at(halfway));
-        let coast = self.inner.coast(motor_force + guide_force);
-        let drag = self.drag(0.5 * (coast.velocity + coast.free_velocity));
-        let coast = Coast { free_velocity: coast.free_velocity + coast.mobility * drag, ..coast };
-        let guide_force = guide_force + drag + self.friction(coast);
-        self.inner.advance(motor_force, guide_force);
-        self.forces = [motor_force, guide_force];
+    fn set_current(&mut self, current_a: f64) {
+        self.inner.set_current(current_a);
+    }
+
+    fn coast(&mut self, drive: Drive) -> Coast {
+        let ahead = self.inner.coast(drive);
+        self.ahead = Some(ahead);
+        ahead
+    }
+
+    fn advance(&mut self, motor: StepForce, guide: StepForce) {
+        let Some(ahead) = self.ahead.take() else { return };
+        let (begin, end) = (self.inner.position(), self.inner.position() + ahead.free_travel);
+        let over = |harmonics: Option<Harmonics>, [first, last]: [f64; 2]| {
+            harmonics.map_or(StepForce::ZERO, |h| StepForce::between(first * h.at(begin), last * h.at(end)))
+        };
+        let motor = motor + over(self.laws.ripple, ahead.motor_force);
+        let guide = guide + over(self.laws.cogging, [1.0; 2]);
+        let coast = ahead.under(motor + guide);
+        let drag = StepForce::between(self.drag(coast.velocity), self.drag(coast.free_velocity));
+        let guide = guide + drag + StepForce::held(self.friction(coast.under(drag)));
+        self.inner.advance(motor, guide);
+        let [first, last] = ahead.motor_force;
+        self.forces = [0.5 * (first + last) + motor.mean, guide.mean];
     }
 
     fn place(&mut self, position: f64, velocity: f64) {
@@ -222,7 +237,7 @@ impl<P: Plant> Plant for Forged<P> {
         self.inner.restore(inner);
     }
 
-    fn slider_loads(&self) -> Option<[f64; 4]> {
+    fn slider_loads(&mut self) -> Option<[f64; 4]> {
         self.inner.slider_loads()
     }
 }

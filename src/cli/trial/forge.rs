@@ -38,8 +38,8 @@ pub(super) struct Forge {
     /// Cases of each tier [default: null 40, single 5 of each effect, pair 40, the others 1 of each effect]
     #[arg(long, value_name = "N")]
     cases: Option<NonZeroUsize>,
-    /// Engine to simulate on
-    #[arg(long, default_value_t = Engine::Rapier, value_parser = engine())]
+    /// Engine to simulate on; mujoco needs a build with that feature
+    #[arg(long, visible_alias = "plant", default_value_t = Engine::Rapier, value_parser = engine())]
     engine: Engine,
     /// Cores to work on [default: all]
     #[arg(long, value_name = "N")]

@@ -3,9 +3,9 @@
 use super::{STEP_S, Scene, Supports};
 use crate::base::BaseMotion;
 use crate::error::Result;
-use crate::guide::stick_slip::Coast;
+use crate::guide::{Coast, Response, StepForce};
 use crate::machine::Machine;
-use crate::plant::Plant;
+use crate::plant::{Drive, Plant, WindingState};
 use crate::units::Motion;
 use nalgebra::{Point3, Vector3};
 
@@ -21,6 +21,10 @@ pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
 /// ([`BaseMotion`]) under the reaction of every force between table and base, and the encoder reads the table
 /// relative to it.
 ///
+/// The engine holds a force over a step, [`WindingState`] and the guide's laws give it as mean and rise. The rise moves the
+/// position within each step by `−rise·h²/12·(1/m + Σ 1/M_j)` (Euler and Maclaurin's correction of the trapezoidal rule by
+/// which velocity becomes way); the rig adds that to the coordinate it reads off the scene.
+///
 /// # Validity
 /// Drag acts on the velocity relative to the base, the base's part of it explicitly (the base moves
 /// micrometres). Steps are at most [`STEP_S`] and divide the sample period.
@@ -28,6 +32,14 @@ pub struct Rig {
     scene: Scene,
     base: BaseMotion,
     base_state: Vec<f64>,
+    motor: WindingState,
+    motor_force: StepForce,
+    /// What the rises of the forces have moved the position by so far.
+    shift: f64,
+    response: Response,
+    /// Change of the table's velocity per unit of force, and c·h/m.
+    mobility: f64,
+    decay: f64,
     viscous: f64,
     lines_of_action: Vec<Point3<f64>>,
     friction_point: Point3<f64>,
@@ -67,7 +79,25 @@ impl Rig {
             lines = vec![centre];
         }
         let friction_point = supports.as_ref().map_or(centre, |s| middle(s.points()));
+        let inverse_masses =
+            constants.modes.as_slice().iter().fold(1.0 / scene.inertia(), |sum, m| sum + 1.0 / m.mass_kg());
+        // What a force changes of the table's velocity; drag is discretised exactly.
+        let decay = constants.viscous * step_s / scene.inertia();
+        let drag = if decay > 0.0 { -(-decay).exp_m1() / decay } else { 1.0 };
+        let mobility = drag * step_s / scene.inertia();
+        let response = Response::new(
+            mobility + base.velocity_per_force(),
+            0.5 * step_s * mobility + base.displacement_per_force(),
+            0.0,
+            -step_s * step_s / 12.0 * inverse_masses,
+        );
         Ok(Self {
+            motor: WindingState::new(&constants.circuit, step_s),
+            motor_force: StepForce::ZERO,
+            shift: 0.0,
+            response,
+            mobility,
+            decay,
             base_state: vec![0.0; base.state_len()],
             scene,
             base,
@@ -104,60 +134,91 @@ impl Plant for Rig {
     }
 
     fn position(&self) -> f64 {
-        self.scene.position() - self.base_displacement()
+        self.scene.position() - self.base_displacement() + self.shift
     }
 
     fn velocity(&self) -> f64 {
         self.scene.velocity() - self.base_velocity()
     }
 
-    fn coast(&mut self, force: f64) -> Coast {
-        let velocity = self.velocity();
-        let decay = self.viscous * self.step_s() / self.scene.inertia();
-        let response = if decay > 0.0 { -(-decay).exp_m1() / decay } else { 1.0 };
-        let mobility = response * self.step_s() / self.scene.inertia();
-        let table =
-            self.scene.velocity() * (-decay).exp() + mobility * (force + self.viscous * self.base_velocity());
-        let on_base = self.viscous * velocity - force;
-        let base = self.base.free_velocity(&self.base_state) + self.base.velocity_per_force() * on_base;
-        Coast { velocity, free_velocity: table - base, mobility: mobility + self.base.velocity_per_force() }
+    fn current(&self) -> f64 {
+        self.motor.current()
     }
 
-    fn advance(&mut self, motor_force: f64, guide_force: f64) {
+    fn set_current(&mut self, current_a: f64) {
+        self.motor.set_current(current_a);
+    }
+
+    fn coast(&mut self, drive: Drive) -> Coast {
+        let (velocity, step_s) = (self.velocity(), self.step_s());
+        let (motor_force, ends) = self.motor.look_ahead(drive, velocity);
+        self.motor_force = motor_force;
+        let force = motor_force.mean;
+        let table = self.scene.velocity() * (-self.decay).exp()
+            + self.mobility * (force + self.viscous * self.base_velocity());
+        let on_base = self.viscous * velocity - force;
+        let base = self.base.free_velocity(&self.base_state) + self.base.velocity_per_force() * on_base;
+        let moved = self.base.free_displacement(&self.base_state)
+            + self.base.displacement_per_force() * on_base
+            - self.base_displacement();
+        Coast {
+            velocity,
+            free_velocity: table - base,
+            free_travel: 0.5 * step_s * (self.scene.velocity() + table) - moved
+                + self.response.rise_travel * motor_force.rise,
+            motor_force: ends,
+            response: self.response,
+        }
+    }
+
+    fn advance(&mut self, motor: StepForce, guide: StepForce) {
         let before = self.velocity();
-        let share = motor_force / self.lines_of_action.len() as f64;
+        let motor = self.motor_force + motor;
+        let share = motor.mean / self.lines_of_action.len() as f64;
         for point in &self.lines_of_action {
             self.scene.apply(share, *point);
         }
-        self.scene.apply(guide_force + self.viscous * self.base_velocity(), self.friction_point);
+        self.scene.apply(guide.mean + self.viscous * self.base_velocity(), self.friction_point);
         self.scene.drag(self.viscous, self.friction_point);
         self.scene.step();
         // Mean drag of the step, from the velocities at its two ends.
         let after = self.scene.velocity() - self.base_velocity();
         let drag = self.viscous * 0.5 * (before + after);
-        self.base.advance(&mut self.base_state, drag - motor_force - guide_force);
+        self.base.advance(&mut self.base_state, drag - motor.mean - guide.mean);
+        self.shift += self.response.rise_travel * (motor.rise + guide.rise);
+        self.motor.advance();
     }
 
     fn place(&mut self, position: f64, velocity: f64) {
         self.scene.place(position, velocity);
         self.base_state.fill(0.0);
+        self.shift = 0.0;
+        self.motor.place(velocity);
     }
 
     fn snapshot(&self) -> Vec<f64> {
         let mut all = self.base_state.clone();
+        all.push(self.shift);
+        all.extend(self.motor.snapshot());
         all.extend(self.scene.snapshot());
         all
     }
 
     fn restore(&mut self, snapshot: &[f64]) {
-        let (base, scene) = snapshot.split_at(self.base_state.len());
+        let (base, rest) = snapshot.split_at(self.base_state.len());
         self.base_state.copy_from_slice(base);
         // A snapshot of the same plant always fits; another plant's is a mistake of the caller.
-        let fits = self.scene.restore(scene).is_ok();
+        let fits = if let [shift, current_a, earlier_velocity, scene @ ..] = rest {
+            self.shift = *shift;
+            self.motor.restore([*current_a, *earlier_velocity]);
+            self.scene.restore(scene).is_ok()
+        } else {
+            false
+        };
         debug_assert!(fits, "snapshot of another plant");
     }
 
-    fn slider_loads(&self) -> Option<[f64; 4]> {
+    fn slider_loads(&mut self) -> Option<[f64; 4]> {
         let loads = self.supports.as_ref()?.distribute(&self.scene.reaction());
         let vertical: Vec<f64> = loads.iter().map(|load| load.vertical_n).collect();
         vertical.try_into().ok()

@@ -5,6 +5,7 @@
 
 mod budget;
 mod checks;
+mod crosschecked;
 mod data;
 mod extent;
 mod force;
@@ -22,6 +23,7 @@ mod scene;
 mod spectrum;
 mod traces;
 
+pub use crosschecked::crosschecked;
 pub use identified::{Identified, Model, identified};
 pub use inspected::{machine, recording};
 pub use page::Page;

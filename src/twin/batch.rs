@@ -1,0 +1,159 @@
+//! Several parameter sets of one machine in one pass.
+
+use super::front::Front;
+use super::path::Path;
+use super::slide::SlideOrStick;
+use super::{Command, Sample, Twin};
+use crate::guide::StepForce;
+use crate::plant::Drive;
+use crate::plant::axis::{Axis, LANES, Lane, Lanes};
+
+/// What drives the twins of a batch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Driven {
+    /// Their controllers.
+    ByControllers,
+    /// An effort that every command gives.
+    ByEffort,
+    /// A force in the motor's place that every command gives.
+    ByForce,
+}
+
+/// Twins on the reduced axis that follow the same commands in one pass: one reference, several parameter sets.
+///
+/// The linear part of all of them is one product of arrays ([`Lanes`]); sensors, controller and laws go lane by lane
+/// through the code of a single [`Twin`]. Each lane is to the last bit what its twin would be by itself.
+#[derive(Debug)]
+pub struct Batch {
+    paths: Vec<Path>,
+    axes: Lanes,
+    driven: Driven,
+    /// Sensors, controller and amplifier in arrays, where all paths fit; the paths' own memories then stand still.
+    front: Option<Front>,
+    /// Dry friction of each direction, where nothing else acts on the guides.
+    friction: Option<[Lane; 2]>,
+}
+
+impl Batch {
+    /// Joins twins in the states that they are in; gives them back where they do not fit into one pass.
+    ///
+    /// # Errors
+    /// The twins themselves: more than [`LANES`], none, or twins that differ in steps, winding or number of modes.
+    pub fn of(twins: Vec<Twin<Axis>>, driven: Driven) -> Result<Self, Vec<Twin<Axis>>> {
+        let (paths, axes): (Vec<Path>, Vec<Axis>) =
+            twins.into_iter().map(|twin| (twin.path, twin.plant)).unzip();
+        let steps = |path: &Path| path.steps() == paths[0].steps();
+        let together = |(path, plant)| Twin { path, plant };
+        if paths.is_empty() || !paths.iter().all(steps) {
+            return Err(paths.into_iter().zip(axes).map(together).collect());
+        }
+        match Lanes::pack(axes, driven == Driven::ByForce) {
+            Err(axes) => Err(paths.into_iter().zip(axes).map(together).collect()),
+            Ok(mut axes) => {
+                for (lane, path) in paths.iter().enumerate() {
+                    let inside =
+                        (0..path.steps()).map(|step| path.switch(step)).find(|s| *s > 0.0 && *s < 1.0);
+                    axes.switch_at(lane, inside.unwrap_or(0.0));
+                }
+                let frictions: Option<Vec<[f64; 2]>> = paths.iter().map(Path::constant_friction).collect();
+                let level = |direction: usize| -> Box<dyn Fn(usize) -> f64> {
+                    let levels: Vec<f64> = frictions.iter().flatten().map(|f| f[direction]).collect();
+                    Box::new(move |lane| levels.get(lane).copied().unwrap_or(0.0))
+                };
+                let friction = [level(0), level(1)].map(std::array::from_fn);
+                Ok(Self {
+                    front: Front::of(&paths).filter(|_| driven == Driven::ByControllers),
+                    friction: frictions.is_some().then_some(friction),
+                    paths,
+                    axes,
+                    driven,
+                })
+            }
+        }
+    }
+
+    /// Number of twins.
+    pub fn len(&self) -> usize {
+        self.paths.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.paths.is_empty()
+    }
+
+    /// Positions and velocities of the twins' plants.
+    pub fn states(&self) -> [[f64; 2]; LANES] {
+        let (position, velocity) = (self.axes.positions(), self.axes.velocities());
+        std::array::from_fn(|lane| [position[lane], velocity[lane]])
+    }
+
+    /// See [`Twin::restart`]; for twins that are not driven by their controllers.
+    pub fn restart(&mut self, position: f64, velocity: f64) {
+        debug_assert!(self.driven != Driven::ByControllers);
+        for (lane, path) in self.paths.iter_mut().enumerate() {
+            let now = [self.axes.position(lane), self.axes.velocity(lane)];
+            let [motor, speed] = path.restart(now, position, velocity);
+            self.axes.relocate(lane, motor, speed);
+        }
+    }
+
+    /// One control period of every twin: `command` tells each what reaches it, `each` gets the samples, twin by twin.
+    ///
+    /// Controllers of a batch follow one reference: the first twin's.
+    pub fn step(&mut self, command: impl Fn(usize) -> Command, mut each: impl FnMut(usize, Sample)) {
+        let (now, earlier) = self.sample(&command, &mut each);
+        for step in 0..self.paths[0].steps() {
+            self.travel(step, |lane| command(lane).thrust, &now, &earlier);
+        }
+    }
+
+    /// One sample of every twin; the voltages applied until the next, the new ones and those of before.
+    fn sample(
+        &mut self,
+        command: &impl Fn(usize) -> Command,
+        each: &mut impl FnMut(usize, Sample),
+    ) -> (Lane, Lane) {
+        let Self { paths, axes, front, .. } = self;
+        if let (Some(front), Some(current)) = (front, axes.currents()) {
+            let [now, earlier] = front.sample(axes.arch(), command(0), axes.positions(), current, each);
+            return (now, earlier);
+        }
+        let (mut now, mut earlier) = ([0.0; LANES], [0.0; LANES]);
+        for (lane, path) in paths.iter_mut().enumerate() {
+            let (sample, applied_v) = path.sample(command(lane), axes.position(lane), axes.current(lane));
+            [now[lane], earlier[lane]] = applied_v;
+            each(lane, sample);
+        }
+        (now, earlier)
+    }
+
+    /// One step of the plants.
+    fn travel(&mut self, step: usize, thrust: impl Fn(usize) -> Option<f64>, now: &Lane, earlier: &Lane) {
+        let (mut held, mut difference) = ([0.0; LANES], [0.0; LANES]);
+        for (lane, path) in self.paths.iter().enumerate() {
+            let switch = path.switch(step);
+            (held[lane], difference[lane]) = match thrust(lane) {
+                Some(thrust) => (thrust, 0.0),
+                None if switch <= 0.0 => (now[lane], 0.0),
+                None if switch >= 1.0 => (earlier[lane], 0.0),
+                None => (now[lane], earlier[lane] - now[lane]),
+            };
+        }
+        debug_assert_eq!(self.driven == Driven::ByForce, thrust(0).is_some());
+        self.axes.look_ahead(&held, &difference);
+        let (mut forces, mut is_answer) = ([StepForce::ZERO; LANES], [false; LANES]);
+        if let Some(level) = &self.friction {
+            let (ahead, step_s) = (self.axes.ahead(), self.axes.step_s());
+            let answers = self.axes.arch().dispatch(SlideOrStick { ahead, step_s, level });
+            (forces, is_answer) = (answers.force, answers.is_answer);
+        }
+        for (lane, path) in self.paths.iter_mut().enumerate().filter(|(lane, _)| !is_answer[*lane]) {
+            let drive: Drive = path.drive(step, [now[lane], earlier[lane]], thrust(lane));
+            let (coast, position) = (self.axes.coast(lane), self.axes.position(lane));
+            let [motor, guide] = path.forces(drive, coast, position, || None);
+            forces[lane] = motor + guide;
+        }
+        self.axes.advance(&forces);
+    }
+}

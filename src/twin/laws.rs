@@ -1,0 +1,193 @@
+//! The laws that act along the signal path while the twin runs.
+
+use super::path::MOST_INVERSIONS;
+use crate::drive::motor::Circuit;
+use crate::effect::{Door, Effect};
+use crate::guide::stick_slip::friction;
+use crate::guide::{Bristle, Coast, StepForce};
+use crate::machine::Machine;
+use crate::plant::LoadModel;
+use crate::sensor::End;
+
+/// Laws that act along the path while the twin runs, by the door through which they do.
+#[derive(Debug, Clone)]
+pub(super) struct Laws {
+    /// Dry friction in the positive and the negative direction that does not depend on speed.
+    constant: [f64; 2],
+    /// Resistances that depend on speed.
+    resistances: Vec<Effect>,
+    pushes: Vec<Effect>,
+    ripples: Vec<Effect>,
+    transmissions: Vec<Effect>,
+    readings: Vec<Effect>,
+    bristle: Option<Bristle>,
+    /// R/L of the winding in 1/s; 0 where there is none.
+    winding_rate_per_s: f64,
+    /// Coulomb friction per sum of slider loads, and the loads where the plant does not know them.
+    loaded: Option<(f64, LoadModel)>,
+}
+
+impl Laws {
+    pub fn of(machine: &Machine) -> Self {
+        let acting = machine.effects();
+        let through = |door| acting.iter().filter(|e| e.acts_through(door)).cloned().collect::<Vec<_>>();
+        let (resistances, constant): (Vec<Effect>, Vec<Effect>) =
+            through(Door::Resistance).into_iter().partition(Effect::resistance_varies);
+        let coefficient: f64 = acting.iter().map(Effect::load_coefficient).sum();
+        Self {
+            constant: [1.0, -1.0]
+                .map(|direction| constant.iter().map(|effect| effect.resistance(direction, 0.0)).sum()),
+            resistances,
+            pushes: through(Door::Push),
+            ripples: through(Door::Ripple),
+            transmissions: through(Door::Transmission),
+            readings: through(Door::Reading),
+            winding_rate_per_s: match machine.constants().circuit {
+                Circuit::Winding { resistance_ohm, inductance_h, .. } => resistance_ohm / inductance_h,
+                Circuit::Direct { .. } => 0.0,
+            },
+            bristle: acting.iter().find_map(Effect::bristle),
+            loaded: (coefficient > 0.0)
+                .then(|| LoadModel::of(machine).map(|model| (coefficient, model)))
+                .flatten(),
+        }
+    }
+
+    /// Dry friction in the positive and the negative direction, where nothing else acts on the guide.
+    pub fn constant_friction(&self) -> Option<[f64; 2]> {
+        let others = [&self.resistances, &self.pushes, &self.ripples];
+        let alone =
+            others.iter().all(|laws| laws.is_empty()) && self.bristle.is_none() && self.loaded.is_none();
+        alone.then_some(self.constant)
+    }
+
+    /// Whether sensors show the motor's position as it is, and ripple is none of their business.
+    pub fn shows_position(&self) -> bool {
+        self.readings.is_empty() && self.transmissions.is_empty() && self.ripples.is_empty()
+    }
+
+    /// What ripple adds to the motor's force over a step that begins at `position`.
+    #[inline(always)]
+    pub fn ripple_over(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+        if self.ripples.is_empty() { StepForce::ZERO } else { self.some_ripple(coast, position, step_s) }
+    }
+
+    /// What forces of position and velocity exert over a step that begins at `position`.
+    #[inline(always)]
+    pub fn push_over(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+        if self.pushes.is_empty() { StepForce::ZERO } else { self.some_push(coast, position, step_s) }
+    }
+
+    // Both are taken at the beginning, in the middle and at the end of the step, as they would be without friction.
+
+    #[inline(never)]
+    fn some_ripple(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+        let [begin_n, end_n] = coast.motor_force;
+        let more = |travel: f64| self.ripple(position + travel) - 1.0;
+        // Under a held voltage the current goes through this share of its change in the first half of a step.
+        let share = 1.0 / (1.0 + (-0.5 * self.winding_rate_per_s * step_s).exp());
+        let middle_n = begin_n + share * (end_n - begin_n);
+        let middle = middle_n * more(coast.free_travel_halfway(step_s));
+        StepForce::through(begin_n * more(0.0), middle, end_n * more(coast.free_travel))
+    }
+
+    #[inline(never)]
+    fn some_push(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+        let push = |travel: f64, velocity: f64| -> f64 {
+            self.pushes.iter().map(|effect| effect.push(position + travel, velocity)).sum()
+        };
+        let middle = push(coast.free_travel_halfway(step_s), 0.5 * (coast.velocity + coast.free_velocity));
+        StepForce::through(push(0.0, coast.velocity), middle, push(coast.free_travel, coast.free_velocity))
+    }
+
+    /// Dry friction of the guide over a step, from the bristles' force at its beginning, which goes on to its end.
+    ///
+    /// `loads` gives the sliders' loads, asked for only where friction depends on them.
+    #[inline]
+    pub fn friction(
+        &self,
+        mut coast: Coast,
+        step_s: f64,
+        bristle_force: &mut f64,
+        loads: impl FnOnce(&LoadModel) -> [f64; 4],
+    ) -> StepForce {
+        let mut bristles = StepForce::ZERO;
+        if let Some(bristle) = &self.bristle {
+            (bristles, *bristle_force) = bristle.step(*bristle_force, coast);
+            coast = coast.under(bristles);
+        }
+        let loaded = match &self.loaded {
+            None => 0.0,
+            Some((coefficient, model)) => {
+                coefficient * loads(model).iter().map(|load| load.abs()).sum::<f64>()
+            }
+        };
+        let constant = [self.constant[0] + loaded, self.constant[1] + loaded];
+        let level = |direction: f64| if direction > 0.0 { constant[0] } else { constant[1] };
+        if !self.resistances.is_empty() {
+            let varying = |direction: f64, speed: f64| -> f64 {
+                self.resistances.iter().map(|effect| effect.resistance(direction, speed)).sum()
+            };
+            return bristles
+                + friction(coast, step_s, |direction, speed| level(direction) + varying(direction, speed));
+        }
+        if constant == [0.0; 2] {
+            return bristles;
+        }
+        bristles + friction(coast, step_s, |direction, _| level(direction))
+    }
+
+    /// The motor's force per its nominal one.
+    #[inline]
+    pub fn ripple(&self, position: f64) -> f64 {
+        1.0 + self.ripples.iter().map(|effect| effect.ripple(position)).sum::<f64>()
+    }
+
+    /// Stops between which the drive train holds the load while the motor's end stands at `motor`.
+    #[inline]
+    fn stops(&self, motor: f64) -> [f64; 2] {
+        self.transmissions.iter().fold([motor; 2], |stops, effect| effect.stops(stops))
+    }
+
+    /// The load's position behind the drive train, from that before.
+    #[inline]
+    pub fn transmit(&self, motor: f64, before: f64) -> f64 {
+        let [rear, front] = self.stops(motor);
+        // Not `clamp`: a position that a diverged replay has lost must not stop the program.
+        if rear < front { before.max(rear).min(front) } else { 0.5 * (rear + front) }
+    }
+
+    /// The load's position with every play at its middle.
+    pub fn middle(&self, motor: f64) -> f64 {
+        let [rear, front] = self.stops(motor);
+        0.5 * (rear + front)
+    }
+
+    #[inline]
+    pub fn read(&self, position: f64) -> f64 {
+        self.readings.iter().fold(position, |reading, effect| effect.read(reading))
+    }
+
+    /// The position of the motor's end at which the encoder would show `reading`, every play at its middle.
+    pub fn position_at(&self, reading: f64, end: End) -> f64 {
+        let shown = |motor: f64| self.read(if end == End::Motor { motor } else { self.middle(motor) });
+        // Errors of a reading are small against it, but a scale is not: divide by it first.
+        let slope = (shown(reading + 1.0) - shown(reading)).abs().max(1e-3);
+        (0..MOST_INVERSIONS).fold(reading, |motor, _| motor + (reading - shown(motor)) / slope)
+    }
+}
+
+/// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown`; every play
+/// begins at its middle.
+pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
+    let laws = Laws::of(machine);
+    let place = |&reading: &f64| {
+        if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
+    };
+    let mut load = shown.first().map_or(0.0, |first| laws.middle(place(first)));
+    let follow = |reading| {
+        load = laws.transmit(place(reading), load);
+        load
+    };
+    shown.iter().map(follow).collect()
+}
