@@ -367,6 +367,7 @@ fn exact_a_place_that_cannot_be_written_is_refused() {
     for arguments in [
         vec!["diagnose", "assets/hidden_coulomb", "--html", path],
         vec!["inspect", "models/grinder", "--html", path],
+        vec!["crosscheck", "models/grinder", "--html", path],
         vec!["identify", "--machine", "models/grinder", "--html", path],
     ] {
         let output = run(&arguments);
@@ -410,7 +411,8 @@ fn exact_a_file_in_the_place_of_the_figures_is_refused() {
 
 #[test]
 fn exact_every_command_makes_its_page() {
-    let (_folder, paths) = folder_of(&["machine.html", "recording.html", "identified.html", "figures"]);
+    let (_folder, paths) =
+        folder_of(&["machine.html", "recording.html", "identified.html", "figures", "crosscheck.html"]);
     let text: Vec<&str> = paths.iter().map(|path| path.to_str().unwrap()).collect();
     for (arguments, file, wanted) in [
         (
@@ -420,6 +422,11 @@ fn exact_every_command_makes_its_page() {
         ),
         (vec!["inspect", "assets/hidden_coulomb", "--html", text[1]], 1, ["Signals", "Frequency response"]),
         (vec!["identify", "--machine", "models/grinder", "--html", text[2]], 2, ["W(z)", "phase"]),
+        (
+            vec!["crosscheck", "models/grinder", "--cell", "0.02@8", "--html", text[4]],
+            4,
+            ["Within bounds", "damping ratio 5"],
+        ),
     ] {
         let output = run(&arguments);
         assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

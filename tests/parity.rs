@@ -259,3 +259,19 @@ fn exact_axis_is_the_converged_integration() {
     println!("axis against Runge–Kutta: {error:.1e} m");
     assert!(error < 1e-12, "{error:e} m");
 }
+
+/// Bristles that hold the axis do not make of a change of 1e-11 in the drag more than a trace of it.
+#[test]
+fn exact_bristles_are_well_conditioned() {
+    let bristles = [("effect.presliding.force_n", 15.0), ("effect.presliding.stiffness_n_per_m", 2e6)];
+    let machine = with(&grinder(), &bristles);
+    let drag = machine.number("guide.viscous_n_s_per_m").unwrap();
+    let nudged = with(&machine, &[("guide.viscous_n_s_per_m", drag * (1.0 + 1e-11))]);
+    for cell in [CELLS[0], CELLS[2]] {
+        let reference = reference(&machine, cell);
+        let moved =
+            rms_difference(&on_axis(&machine, &reference).position, &on_axis(&nudged, &reference).position);
+        println!("{cell:?}: {moved:.1e} m");
+        assert!(moved < 1e-11, "{cell:?}: {moved:e} m");
+    }
+}

@@ -26,6 +26,8 @@ pub struct Bristle {
 }
 
 const MOST_ITERATIONS: usize = 40;
+/// Share of the bracket at which the displacement is known: near rounding.
+const PRECISION: f64 = 1e-14;
 
 impl Bristle {
     /// Friction force over one step and the bristles' force at its end, from the force `begun` at its beginning.
@@ -47,6 +49,7 @@ impl Bristle {
         let (mut low, mut high) = (coast.free_travel - reach, coast.free_travel + reach);
         // Not `clamp`: a replay that has diverged to infinity must come out as such, not stop the program.
         let mut travel = coast.travel_under(StepForce::held(begun)).max(low).min(high);
+        let precision = PRECISION * (high - low);
         for _ in 0..MOST_ITERATIONS {
             let (force, [mean_slope, rise_slope]) = self.over(begun, travel);
             let excess = travel - coast.travel_under(force);
@@ -58,12 +61,12 @@ impl Bristle {
             let slope =
                 1.0 - coast.response.compliance * mean_slope - coast.response.rise_travel * rise_slope;
             let newton = travel - excess / slope;
-            let next = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
-            let arrived = (next - travel).abs() <= 1e-12 * (high - low).abs().max(travel.abs());
-            travel = next;
-            if arrived || excess == 0.0 {
+            // Seen before the bracket is: the last steps of all end on its edge.
+            if (newton - travel).abs() <= precision {
+                travel = newton;
                 break;
             }
+            travel = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         }
         (self.over(begun, travel).0, self.after(begun, travel))
     }
@@ -103,7 +106,8 @@ fn shape(a: f64) -> ([f64; 2], [f64; 2]) {
         let moment_slope = -1.0 / 12.0 + a * (1.0 / 12.0 - a * 0.0375);
         return ([mean, moment], [mean_slope, moment_slope]);
     }
-    let (decay, fallen) = ((-a).exp(), -(-a).exp_m1());
+    let fallen = -(-a).exp_m1();
+    let decay = 1.0 - fallen;
     let mean = fallen / a;
     let mean_slope = (decay * a - fallen) / (a * a);
     let first = (fallen - a * decay) / (a * a); // ∫ s·e^(−a·s) ds

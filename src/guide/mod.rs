@@ -5,7 +5,7 @@ mod step;
 pub mod stick_slip;
 
 pub use bristle::Bristle;
-pub use step::{Coast, Response, StepForce};
+pub use step::{Coast, GAUSS, Response, StepForce};
 
 use serde::{Deserialize, Serialize};
 

@@ -15,6 +15,9 @@ pub struct StepForce {
     pub rise: f64,
 }
 
+/// Shares of a step at which two values tell mean and first moment of a cubic: ½ ∓ √3/6.
+pub const GAUSS: [f64; 2] = [0.211_324_865_405_187_1, 0.788_675_134_594_812_9];
+
 impl StepForce {
     /// No force.
     pub const ZERO: Self = Self { mean: 0.0, rise: 0.0 };
@@ -24,9 +27,10 @@ impl StepForce {
         Self { mean, rise: 0.0 }
     }
 
-    /// The force that goes through these values at the beginning, in the middle and at the end (Simpson's rule).
-    pub fn through(begin: f64, middle: f64, end: f64) -> Self {
-        Self { mean: (begin + 4.0 * middle + end) / 6.0, rise: end - begin }
+    /// The force with these values at the two [`GAUSS`] points of the step (Gauss and Legendre's rule): exact in mean and
+    /// first moment for a cubic run.
+    pub fn at_gauss(first: f64, second: f64) -> Self {
+        Self { mean: 0.5 * (first + second), rise: 3.0_f64.sqrt() * (second - first) }
     }
 
     /// The force that moves linearly from its value at the beginning to that at the end.
@@ -124,10 +128,11 @@ impl Coast {
         }
     }
 
-    /// Displacement until the middle of a step of `step_s`, without friction: that of the parabola with the same velocities at
+    /// Displacement until a share of a step of `step_s`, without friction: that of the parabola with the same velocities at
     /// its ends.
-    pub fn free_travel_halfway(&self, step_s: f64) -> f64 {
-        0.5 * self.free_travel - 0.125 * step_s * (self.free_velocity - self.velocity)
+    pub fn free_travel_until(&self, share: f64, step_s: f64) -> f64 {
+        let change = self.free_velocity - self.velocity;
+        share * (self.free_travel - 0.5 * (1.0 - share) * change * step_s)
     }
 
     /// The same step with a force more that acts whatever the guide does; the motor's own force is not told apart any more.

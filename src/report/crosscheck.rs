@@ -10,6 +10,10 @@ use crate::units::Motion;
 
 /// Tables of three pairs need this width.
 const WIDTH: usize = 110;
+/// Share of a quantity's scale that is no more than rounding.
+const ROUNDING: f64 = 1e-12;
+/// Decades that are written without a power of ten.
+const PLAIN: std::ops::Range<i32> = -3..9;
 
 /// How to have MuJoCo in the program.
 pub(super) const HOW_TO: [&str; 3] = [
@@ -93,11 +97,13 @@ pub(super) fn static_heads() -> Vec<String> {
 pub(super) fn static_rows(outcome: &Outcome) -> Vec<Vec<String>> {
     let row = |row: &Static| {
         let mut cells = vec![row.quantity.clone()];
-        cells.extend(row.values.map(|value| value.map_or_else(|| NONE.to_owned(), digits)));
+        cells.extend(
+            row.values.map(|value| value.map_or_else(|| NONE.to_owned(), |value| digits(value, row))),
+        );
         cells.push(if row.unit == "1" { String::new() } else { row.unit.to_owned() });
         cells.push(row.difference().map_or_else(|| NONE.to_owned(), small));
         cells.push(small(row.bound.limit));
-        cells.push(mark(row.is_exceeded()));
+        cells.push(if row.difference().is_some() { mark(row.is_exceeded()) } else { NONE.to_owned() });
         cells
     };
     outcome.statics.iter().map(row).collect()
@@ -186,13 +192,20 @@ fn both(rms: f64, peak: f64, si_unit: &str) -> String {
     format!("{} ({}) {symbol}", plain(rms / size), plain(peak / size))
 }
 
-/// Nine significant digits: as many as the bounds on masses need.
-fn digits(number: f64) -> String {
+/// Nine significant digits, as many as the bounds on masses need; a count as such, and what only rounding makes differ from
+/// zero as zero.
+fn digits(number: f64, row: &Static) -> String {
+    if number.abs() < ROUNDING * row.scale {
+        return "0".to_owned();
+    }
+    if row.bound.limit == 0.0 {
+        return number.to_string();
+    }
     let text = format!("{number:.8e}");
-    match text.split_once('e') {
-        Some((_, exponent)) if exponent.parse::<i32>().is_ok_and(|e| (-3..9).contains(&e)) => {
-            let places = 8 - exponent.parse::<i32>().unwrap_or(0);
-            format!("{number:.*}", usize::try_from(places).unwrap_or(0))
+    let exponent = text.split_once('e').and_then(|(_, exponent)| exponent.parse::<i32>().ok());
+    match exponent {
+        Some(exponent) if PLAIN.contains(&exponent) => {
+            format!("{number:.*}", usize::try_from(8 - exponent).unwrap_or(0))
         }
         _ => text,
     }

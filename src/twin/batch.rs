@@ -2,11 +2,10 @@
 
 use super::front::Front;
 use super::path::Path;
-use super::slide::SlideOrStick;
 use super::{Command, Sample, Twin};
 use crate::guide::StepForce;
 use crate::plant::Drive;
-use crate::plant::axis::{Axis, LANES, Lane, Lanes};
+use crate::plant::axis::{Axis, Friction, LANES, Lane, Lanes};
 
 /// What drives the twins of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,7 +30,7 @@ pub struct Batch {
     /// Sensors, controller and amplifier in arrays, where all paths fit; the paths' own memories then stand still.
     front: Option<Front>,
     /// Dry friction of each direction, where nothing else acts on the guides.
-    friction: Option<[Lane; 2]>,
+    friction: Option<Friction>,
 }
 
 impl Batch {
@@ -42,34 +41,22 @@ impl Batch {
     pub fn of(twins: Vec<Twin<Axis>>, driven: Driven) -> Result<Self, Vec<Twin<Axis>>> {
         let (paths, axes): (Vec<Path>, Vec<Axis>) =
             twins.into_iter().map(|twin| (twin.path, twin.plant)).unzip();
-        let steps = |path: &Path| path.steps() == paths[0].steps();
-        let together = |(path, plant)| Twin { path, plant };
-        if paths.is_empty() || !paths.iter().all(steps) {
-            return Err(paths.into_iter().zip(axes).map(together).collect());
+        let apart = |(paths, axes): (Vec<Path>, Vec<Axis>)| {
+            paths.into_iter().zip(axes).map(|(path, plant)| Twin { path, plant }).collect()
+        };
+        if !paths.iter().all(|path| path.steps() == paths[0].steps()) {
+            return Err(apart((paths, axes)));
         }
-        match Lanes::pack(axes, driven == Driven::ByForce) {
-            Err(axes) => Err(paths.into_iter().zip(axes).map(together).collect()),
-            Ok(mut axes) => {
-                for (lane, path) in paths.iter().enumerate() {
-                    let inside =
-                        (0..path.steps()).map(|step| path.switch(step)).find(|s| *s > 0.0 && *s < 1.0);
-                    axes.switch_at(lane, inside.unwrap_or(0.0));
-                }
-                let frictions: Option<Vec<[f64; 2]>> = paths.iter().map(Path::constant_friction).collect();
-                let level = |direction: usize| -> Box<dyn Fn(usize) -> f64> {
-                    let levels: Vec<f64> = frictions.iter().flatten().map(|f| f[direction]).collect();
-                    Box::new(move |lane| levels.get(lane).copied().unwrap_or(0.0))
-                };
-                let friction = [level(0), level(1)].map(std::array::from_fn);
-                Ok(Self {
-                    front: Front::of(&paths).filter(|_| driven == Driven::ByControllers),
-                    friction: frictions.is_some().then_some(friction),
-                    paths,
-                    axes,
-                    driven,
-                })
-            }
+        let mut axes = match Lanes::pack(axes, driven == Driven::ByForce) {
+            Ok(axes) => axes,
+            Err(axes) => return Err(apart((paths, axes))),
+        };
+        for (lane, path) in paths.iter().enumerate() {
+            (0..path.steps()).for_each(|step| axes.switch_at(lane, path.switch(step)));
         }
+        let front = (driven == Driven::ByControllers).then(|| Front::of(&paths)).flatten();
+        let friction = constant_friction(&paths);
+        Ok(Self { paths, axes, driven, front, friction })
     }
 
     /// Number of twins.
@@ -141,14 +128,19 @@ impl Batch {
             };
         }
         debug_assert_eq!(self.driven == Driven::ByForce, thrust(0).is_some());
-        self.axes.look_ahead(&held, &difference);
-        let (mut forces, mut is_answer) = ([StepForce::ZERO; LANES], [false; LANES]);
-        if let Some(level) = &self.friction {
-            let (ahead, step_s) = (self.axes.ahead(), self.axes.step_s());
-            let answers = self.axes.arch().dispatch(SlideOrStick { ahead, step_s, level });
-            (forces, is_answer) = (answers.force, answers.is_answer);
-        }
-        for (lane, path) in self.paths.iter_mut().enumerate().filter(|(lane, _)| !is_answer[*lane]) {
+        let found = match &self.friction {
+            Some(friction) => match self.axes.travel(&held, &difference, friction) {
+                None => return,
+                Some(found) => found,
+            },
+            None => {
+                self.axes.look_ahead(&held, &difference);
+                [None; LANES]
+            }
+        };
+        let mut forces = found.map(|force| force.unwrap_or(StepForce::ZERO));
+        let unknown = |(lane, _): &(usize, &mut Path)| found[*lane].is_none();
+        for (lane, path) in self.paths.iter_mut().enumerate().filter(unknown) {
             let drive: Drive = path.drive(step, [now[lane], earlier[lane]], thrust(lane));
             let (coast, position) = (self.axes.coast(lane), self.axes.position(lane));
             let [motor, guide] = path.forces(drive, coast, position, || None);
@@ -156,4 +148,12 @@ impl Batch {
         }
         self.axes.advance(&forces);
     }
+}
+
+/// Dry friction of each direction, twin by twin, where it is all that acts on the guides.
+fn constant_friction(paths: &[Path]) -> Option<Friction> {
+    let levels: Vec<[f64; 2]> = paths.iter().map(Path::constant_friction).collect::<Option<_>>()?;
+    let lane =
+        |direction: usize| std::array::from_fn(|k| levels.get(k).map_or(0.0, |level| level[direction]));
+    Some(Friction { level: [lane(0), lane(1)] })
 }

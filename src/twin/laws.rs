@@ -4,7 +4,7 @@ use super::path::MOST_INVERSIONS;
 use crate::drive::motor::Circuit;
 use crate::effect::{Door, Effect};
 use crate::guide::stick_slip::friction;
-use crate::guide::{Bristle, Coast, StepForce};
+use crate::guide::{Bristle, Coast, GAUSS, StepForce};
 use crate::machine::Machine;
 use crate::plant::LoadModel;
 use crate::sensor::End;
@@ -78,26 +78,29 @@ impl Laws {
         if self.pushes.is_empty() { StepForce::ZERO } else { self.some_push(coast, position, step_s) }
     }
 
-    // Both are taken at the beginning, in the middle and at the end of the step, as they would be without friction.
+    // Both are taken at two points of the step, as they would be without friction.
 
     #[inline(never)]
     fn some_ripple(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
         let [begin_n, end_n] = coast.motor_force;
-        let more = |travel: f64| self.ripple(position + travel) - 1.0;
-        // Under a held voltage the current goes through this share of its change in the first half of a step.
-        let share = 1.0 / (1.0 + (-0.5 * self.winding_rate_per_s * step_s).exp());
-        let middle_n = begin_n + share * (end_n - begin_n);
-        let middle = middle_n * more(coast.free_travel_halfway(step_s));
-        StepForce::through(begin_n * more(0.0), middle, end_n * more(coast.free_travel))
+        let bend = 0.5 * self.winding_rate_per_s * step_s;
+        let at = |share: f64| {
+            // Under a held voltage the current falls exponentially: to second order in R·h/L this share of its change.
+            let changed = share * (1.0 + bend * (1.0 - share));
+            let motor_n = begin_n + changed * (end_n - begin_n);
+            motor_n * (self.ripple(position + coast.free_travel_until(share, step_s)) - 1.0)
+        };
+        StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
     }
 
     #[inline(never)]
     fn some_push(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
-        let push = |travel: f64, velocity: f64| -> f64 {
-            self.pushes.iter().map(|effect| effect.push(position + travel, velocity)).sum()
+        let at = |share: f64| -> f64 {
+            let place = position + coast.free_travel_until(share, step_s);
+            let velocity = coast.velocity + share * (coast.free_velocity - coast.velocity);
+            self.pushes.iter().map(|effect| effect.push(place, velocity)).sum()
         };
-        let middle = push(coast.free_travel_halfway(step_s), 0.5 * (coast.velocity + coast.free_velocity));
-        StepForce::through(push(0.0, coast.velocity), middle, push(coast.free_travel, coast.free_velocity))
+        StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
     }
 
     /// Dry friction of the guide over a step, from the bristles' force at its beginning, which goes on to its end.

@@ -11,7 +11,6 @@ mod batch;
 mod front;
 mod laws;
 mod path;
-mod slide;
 
 pub use batch::{Batch, Driven};
 pub use laws::load_positions;

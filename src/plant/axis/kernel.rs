@@ -120,11 +120,9 @@ impl WithSimd for MultiplyLanes<'_> {
             for (columns, values) in block.chunks(LANE_ROWS).zip(self.by) {
                 for (rows, value) in columns.iter().zip(&values.0) {
                     let (rows, value) = (S::as_simd_f64s(rows.0.as_flattened()).0, S::as_simd_f64s(value).0);
-                    for row in 0..LANE_ROWS {
-                        for part in 0..parts {
-                            let k = row * parts + part;
-                            sum[k] = simd.mul_add_e_f64s(rows[k], value[part], sum[k]);
-                        }
+                    // `parts` vectors a row: those of the value repeat from row to row.
+                    for k in 0..LANE_ROWS * parts {
+                        sum[k] = simd.mul_add_e_f64s(rows[k], value[k % parts], sum[k]);
                     }
                 }
             }

@@ -3,23 +3,16 @@
 use super::kernel::{
     Aligned, ApplyLanes, LANE_ROWS, LANES, Lane, LaneRows, MultiplyLanes, NO_LANE_ROWS, ROWS, Rows,
 };
+use super::slide::{Answers, SlideOrStick};
 use super::{Axis, Layout, Matrices, at};
 use crate::guide::{Coast, StepForce};
-use pulp::Arch;
+use pulp::{Arch, Simd, WithSimd};
 
-/// How the step that was looked at would end, for all axes: see [`Coast`].
+/// Dry friction that does not depend on speed and is all that acts on the guides.
 #[derive(Debug, Clone, Copy)]
-pub struct Ahead<'a> {
-    /// Velocity at the beginning.
-    pub velocity: &'a Lane,
-    /// Velocity at the end without the guide's forces.
-    pub free_velocity: &'a Lane,
-    /// Displacement without them.
-    pub free_travel: &'a Lane,
-    /// Change of the velocity at the end per unit of mean force.
-    pub mobility: &'a Lane,
-    /// See [`Response::force`](crate::guide::Response::force).
-    pub inverse: &'a [Lane; 4],
+pub struct Friction {
+    /// N or N·m in the positive and the negative direction of each axis; 0 where there is no axis.
+    pub level: [Lane; 2],
 }
 
 /// Up to [`LANES`] axes of one structure, advanced together.
@@ -111,23 +104,6 @@ impl Lanes {
         self.arch
     }
 
-    /// Length of one step in s.
-    pub fn step_s(&self) -> f64 {
-        self.axes[0].step_s
-    }
-
-    /// How the step that was looked at would end for all axes.
-    pub fn ahead(&self) -> Ahead<'_> {
-        let (block, row) = (self.columns / LANE_ROWS, self.columns % LANE_ROWS);
-        Ahead {
-            velocity: &self.state[0][0],
-            free_velocity: &self.ahead[0][0],
-            free_travel: &self.ahead[block][row],
-            mobility: &self.by_mean[0][0],
-            inverse: &self.inverse,
-        }
-    }
-
     /// Position of one axis in m or rad.
     pub fn position(&self, lane: usize) -> f64 {
         self.position[lane]
@@ -159,6 +135,31 @@ impl Lanes {
             if self.is_forced { [0.0; LANES] } else { *drive };
         let Self { arch, columns, transition, state, ahead, .. } = self;
         arch.dispatch(MultiplyLanes { matrix: transition, columns: *columns, by: state, into: ahead });
+        self.add_inputs(drive, earlier, switched);
+    }
+
+    /// Looks ahead and makes the step where every axis slides on or stays stuck under this friction; else the answers that
+    /// there are, the others to be found and the step to be made by [`advance`](Lanes::advance).
+    pub fn travel(
+        &mut self,
+        drive: &Lane,
+        earlier: &Lane,
+        friction: &Friction,
+    ) -> Option<[Option<StepForce>; LANES]> {
+        if self.is_forced || earlier.iter().any(|volt| *volt != 0.0) {
+            self.look_ahead(drive, earlier);
+            return Some([None; LANES]);
+        }
+        let voltage = self.columns - 1;
+        self.drive = *drive;
+        self.state[voltage / LANE_ROWS][voltage % LANE_ROWS] = *drive;
+        let arch = self.arch;
+        let Answers { mean, rise, is_answer } = arch.dispatch(WholeStep { lanes: self, friction });
+        let found = |k: usize| (is_answer[k] != 0.0).then_some(StepForce { mean: mean[k], rise: rise[k] });
+        is_answer.contains(&0.0).then(|| std::array::from_fn(found))
+    }
+
+    fn add_inputs(&mut self, drive: &Lane, earlier: &Lane, switched: bool) {
         if switched {
             self.add(|lanes| &lanes.by_earlier, earlier);
         }
@@ -211,17 +212,59 @@ impl Lanes {
     /// Makes the step that was looked at, under the forces of motor and guide of each axis.
     pub fn advance(&mut self, forces: &[StepForce; LANES]) {
         let (mean, rise) = (forces.map(|f| f.mean), forces.map(|f| f.rise));
-        let Self { arch, state, ahead, by_mean, by_rise, position, columns, .. } = self;
-        arch.dispatch(ApplyLanes {
-            from: ahead,
-            columns: [by_mean, by_rise],
-            factors: [&mean, &rise],
-            into: state,
-        });
+        self.arch.dispatch(Advance { lanes: self, mean: &mean, rise: &rise });
+    }
+}
+
+/// Makes the step that was looked at.
+struct Advance<'a> {
+    lanes: &'a mut Lanes,
+    mean: &'a Lane,
+    rise: &'a Lane,
+}
+
+impl WithSimd for Advance<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Lanes { state, ahead, by_mean, by_rise, position, columns, .. } = self.lanes;
+        let (columns_of, factors) = ([by_mean.as_slice(), by_rise], [self.mean, self.rise]);
+        ApplyLanes { from: ahead, columns: columns_of, factors, into: state }.with_simd(simd);
         for (position, travel) in position.iter_mut().zip(&state[*columns / LANE_ROWS][*columns % LANE_ROWS])
         {
             *position += travel;
         }
+    }
+}
+
+/// A whole step where every axis slides on or stays stuck; else only the look ahead.
+struct WholeStep<'a> {
+    lanes: &'a mut Lanes,
+    friction: &'a Friction,
+}
+
+impl WithSimd for WholeStep<'_> {
+    type Output = Answers;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, simd: S) -> Answers {
+        let Lanes { axes, columns, transition, state, ahead, by_mean, inverse, .. } = &mut *self.lanes;
+        MultiplyLanes { matrix: transition, columns: *columns, by: state, into: ahead }.with_simd(simd);
+        let answers = SlideOrStick {
+            velocity: &state[0][0],
+            free_velocity: &ahead[0][0],
+            free_travel: &ahead[*columns / LANE_ROWS][*columns % LANE_ROWS],
+            mobility: &by_mean[0][0],
+            inverse,
+            step_s: axes[0].step_s,
+            level: &self.friction.level,
+        }
+        .with_simd(simd);
+        if !answers.is_answer.contains(&0.0) {
+            Advance { lanes: self.lanes, mean: &answers.mean, rise: &answers.rise }.with_simd(simd);
+        }
+        answers
     }
 }
 

@@ -3,9 +3,10 @@
 mod dynamics;
 mod kernel;
 mod lanes;
+mod slide;
 
 pub use kernel::{LANES, Lane};
-pub use lanes::{Ahead, Lanes};
+pub use lanes::{Friction, Lanes};
 
 use super::{Drive, Plant, Resonance};
 use crate::effect::Constants;

@@ -81,7 +81,7 @@ impl Difference {
 
     /// Whether the bound is exceeded; what is not a number exceeds it.
     pub fn is_exceeded(&self) -> bool {
-        !(self.rms <= self.bound.limit)
+        self.rms.is_nan() || self.rms > self.bound.limit
     }
 }
 

@@ -142,14 +142,20 @@ impl Outcome {
         self.exceeded().is_empty()
     }
 
-    /// What exceeds its bound, in words.
+    /// What exceeds its bound, in words: each quantity and pair once, with its strokes.
     pub fn exceeded(&self) -> Vec<String> {
         let statics = self.statics.iter().filter(|row| row.is_exceeded()).map(|row| row.quantity.clone());
-        let strokes = self.strokes.iter().flat_map(|stroke| {
-            let wrong = stroke.differences.iter().filter(|difference| difference.is_exceeded());
-            wrong.map(|d| format!("{} of {} on {}", d.quantity, d.pair, stroke.cell))
-        });
-        statics.chain(strokes).collect()
+        let mut wrong: Vec<(String, Vec<String>)> = Vec::new();
+        for stroke in &self.strokes {
+            for difference in stroke.differences.iter().filter(|difference| difference.is_exceeded()) {
+                let what = format!("{} of {}", difference.quantity, difference.pair);
+                match wrong.iter_mut().find(|(known, _)| *known == what) {
+                    Some((_, cells)) => cells.push(stroke.cell.to_string()),
+                    None => wrong.push((what, vec![stroke.cell.to_string()])),
+                }
+            }
+        }
+        statics.chain(wrong.iter().map(|(what, cells)| format!("{what} on {}", cells.join(", ")))).collect()
     }
 
     /// The stroke that comes nearest to a bound, or is farthest beyond it.

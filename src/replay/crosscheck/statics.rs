@@ -45,7 +45,7 @@ impl Static {
 
     /// Whether the bound is exceeded; what is not a number exceeds it.
     pub fn is_exceeded(&self) -> bool {
-        self.difference().is_some_and(|difference| !(difference <= self.bound.limit))
+        self.difference().is_some_and(|difference| difference.is_nan() || difference > self.bound.limit)
     }
 }
 

@@ -67,7 +67,8 @@ fn bounds(outcome: &Outcome, motion: Motion) -> Part {
     for line in rows::steps(outcome, motion) {
         part.paragraph(&line);
     }
-    let items = outcome.bounds().into_iter().map(|bound| format!("<li>{}</li>\n", escape(&rows::reason(&bound))));
+    let items =
+        outcome.bounds().into_iter().map(|bound| format!("<li>{}</li>\n", escape(&rows::reason(&bound))));
     part.raw(&format!("<ul class=\"findings\">\n{}</ul>\n", items.collect::<String>()));
     part
 }
