@@ -203,9 +203,9 @@ fn exact_the_command_shows_tables_bounds_and_the_page() {
 
 #[test]
 fn exact_a_bound_that_is_exceeded_is_named_and_ends_with_1() {
-    let bristles =
-        ["--set", "effect.presliding.force_n=15.0", "--set", "effect.presliding.stiffness_n_per_m=2e6"];
-    let output = run(&[&[grinder().as_str(), "--cell", "0.03@8"][..], &bristles].concat());
+    // So much drag that the scene, which meets the base's part of it step by step, is not exact any more.
+    let drag = ["--set", "guide.viscous_n_s_per_m=5e4"];
+    let output = run(&[&[grinder().as_str(), "--cell", "0.03@8"][..], &drag].concat());
     let told = text(&output.stdout);
     assert_eq!(output.status.code(), Some(1), "{}", text(&output.stderr));
     let last = told.lines().last().unwrap();
