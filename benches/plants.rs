@@ -215,28 +215,37 @@ fn peak_memory_mb() -> Option<f64> {
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
+/// Twins of which the memory is told.
+const TWINS: usize = 200;
+
+/// Prints the largest resident memory in kB of a process that makes so many plants of this name.
+fn memory_of(machine: &Machine, name: &str, count: usize) {
+    let made: Vec<Box<dyn Plant>> = plants(machine)
+        .iter()
+        .filter(|(own, _)| *own == name)
+        .flat_map(|(_, make)| (0..count).map(|_| make()).collect::<Vec<_>>())
+        .collect();
+    println!("{}", peak_memory_mb().map_or(f64::NAN, |mb| 1024.0 * mb));
+    drop(black_box(made));
+}
+
+/// Memory of one plant, by processes of their own: what one freed is another one's otherwise.
 fn memory(machine: &Machine) {
-    const TWINS: usize = 200;
-    println!("\nMemory of one twin, from {TWINS} of them at once: kB\n");
+    println!("\nMemory of one plant, from {TWINS} of them at once\n");
     println!("| plant | kB |");
     println!("|---|---|");
-    let row = |name: &str, make: &dyn Fn() -> Box<dyn Plant>| {
-        let before = peak_memory_mb();
-        let all: Vec<Box<dyn Plant>> = (0..TWINS).map(|_| make()).collect();
-        let after = peak_memory_mb();
-        drop(black_box(all));
-        match before.zip(after) {
-            Some((before, after)) => println!("| {name} | {:.0} |", 1024.0 * (after - before) / TWINS as f64),
-            None => println!("| {name} | not told by this system |"),
-        }
+    let peak = |name: &str, count: usize| -> f64 {
+        let own = std::env::current_exe().unwrap();
+        let told = std::process::Command::new(own).args([MEMORY, name, &count.to_string()]).output().unwrap();
+        String::from_utf8_lossy(&told.stdout).trim().parse().unwrap_or(f64::NAN)
     };
-    for (name, make) in plants(machine) {
-        row(name, &make);
-    }
-    if let Some(peak) = peak_memory_mb() {
-        println!("\nLargest resident memory of the whole bench: {peak:.0} MB");
+    for (name, _) in plants(machine) {
+        println!("| {name} | {:.0} |", (peak(name, TWINS + 1) - peak(name, 1)) / TWINS as f64);
     }
 }
+
+/// First argument of the processes whose memory is told.
+const MEMORY: &str = "--memory-of";
 
 fn main() {
     // `cargo test --benches` and `cargo bench -- --list` call this too.
@@ -244,6 +253,12 @@ fn main() {
         return;
     }
     let machine = machine();
+    let arguments: Vec<String> = std::env::args().collect();
+    if let [_, first, name, count] = arguments.as_slice()
+        && first == MEMORY
+    {
+        return memory_of(&machine, name, count.parse().unwrap());
+    }
     memory(&machine);
     steps(&machine);
     strokes(&machine);

@@ -120,8 +120,19 @@ fn ref_nothing_hidden_is_no_gap() {
         let d = run_diagnosis(&machine(GRINDER), &recording(&[], seed));
         report("null", &d);
         assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
+        // The plants agree so well that no constant has their difference to explain.
+        for constant in &d.calibration {
+            let (value, stated) = (constant.parameter.value, constant.parameter.twin);
+            let scale = if stated == 0.0 { SOLID_MASS_KG } else { stated };
+            assert!(((value - stated) / scale).abs() < CALIBRATED, "{}: {value}", constant.path);
+        }
     }
 }
+
+/// Moving mass of the table in kg.
+const SOLID_MASS_KG: f64 = 51.28;
+/// How far constants that are right may be moved, relative: some standard errors of the least certain, the winding's.
+const CALIBRATED: f64 = 5e-4;
 
 /// An effect, its hidden parameters, and the fraction of their size within which they must be found.
 type Case = (&'static str, &'static [(&'static str, f64)], f64);

@@ -242,7 +242,7 @@ impl Path {
 
     /// One sample: senses, controls, records. What is recorded, and the voltages applied until the next sample: the new
     /// one and the one that the delay still lets through before it.
-    #[inline]
+    #[inline(always)]
     pub fn sample(&mut self, command: Command, motor: f64, current_a: f64) -> (Sample, [f64; 2]) {
         let Reading { position, velocity, load_position, controlled } = self.sense(motor);
         let [position_reference, velocity_reference] = match &mut self.reference_delay {
