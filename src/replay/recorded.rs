@@ -159,6 +159,7 @@ impl Recorded {
                     disturbance_v: disturbance.map_or(0.0, |d| d[k]),
                     effort_v: None,
                     thrust: None,
+                    thrust_rise: 0.0,
                 }
             })
             .collect();

@@ -283,21 +283,25 @@ struct Drive {
     noise_a: Vec<f64>,
     /// Weights of a sample and the next one in the mean between them.
     weights: [f64; 2],
+    /// Weight of their difference in the rise between them.
+    rise_weight: f64,
 }
 
-/// Weights of the first and the last value in the mean over a period in which the voltage does not change.
+/// Weights of the first and the last value in the mean over a period in which the voltage does not change, and of their
+/// difference in the rise.
 ///
 /// # Model
-/// `i₁ = u∞ + (i₀ − u∞)·d`, mean `u∞ + (i₀ − u∞)·m`, with decay d and mean m of a unit current over the period.
-fn mean_weights(constants: &Constants) -> [f64; 2] {
+/// `i₁ = u∞ + (i₀ − u∞)·d`, mean `u∞ + (i₀ − u∞)·m`, first moment about the middle `(i₀ − u∞)·n`, with decay d, mean m and
+/// moment n of a unit current over the period; a rise D has the first moment D/12.
+fn period_weights(constants: &Constants) -> ([f64; 2], f64) {
     let step = CircuitStep::new(&constants.circuit, constants.sample_period_s);
     if !step.has_current() {
-        return [1.0, 0.0];
+        return ([1.0, 0.0], 0.0);
     }
     let mut decay = 1.0;
-    let mean = step.advance(&mut decay, 0.0, 0.0);
-    let last = (1.0 - mean) / (1.0 - decay);
-    [1.0 - last, last]
+    let over = step.over(&mut decay, 0.0, 0.0);
+    let last = (1.0 - over.mean) / (1.0 - decay);
+    ([1.0 - last, last], -12.0 * over.moment / (1.0 - decay))
 }
 
 impl Drive {
@@ -309,7 +313,13 @@ impl Drive {
         | Circuit::Direct { force_per_volt: constant }) = constants.circuit;
         let noise_a = current_noise(machine, sensing, samples.len());
         if windowed.input == Input::Effort {
-            return Self { samples, per_ampere: Vec::new(), noise_a: Vec::new(), weights: [1.0, 0.0] };
+            return Self {
+                samples,
+                per_ampere: Vec::new(),
+                noise_a: Vec::new(),
+                weights: [1.0, 0.0],
+                rise_weight: 0.0,
+            };
         }
         let effects = machine.effects();
         let ripples: Vec<&Effect> = effects.iter().filter(|e| e.acts_through(Door::Ripple)).collect();
@@ -321,7 +331,8 @@ impl Drive {
                 *sample = force * (*sample + noise_a.get(k).unwrap_or(&0.0));
             }
         }
-        Self { samples, per_ampere, noise_a, weights: mean_weights(&constants) }
+        let (weights, rise_weight) = period_weights(&constants);
+        Self { samples, per_ampere, noise_a, weights, rise_weight }
     }
 
     fn command(&self, k: usize, input: Input) -> Command {
@@ -332,7 +343,8 @@ impl Drive {
             Input::Effort => (now, None),
             Input::Current | Input::Thrust => (0.0, Some(mean)),
         };
-        Command { effort_v: Some(effort_v), thrust, ..Command::follow(0.0, 0.0) }
+        let thrust_rise = self.rise_weight * (next - now);
+        Command { effort_v: Some(effort_v), thrust, thrust_rise, ..Command::follow(0.0, 0.0) }
     }
 
     /// Force and current at the samples themselves, where the twin's own winding did not make them.

@@ -119,12 +119,12 @@ impl Batch {
     fn travel(&mut self, step: usize, thrust: impl Fn(usize) -> Option<f64>, now: &Lane, earlier: &Lane) {
         let (mut held, mut difference) = ([0.0; LANES], [0.0; LANES]);
         for (lane, path) in self.paths.iter().enumerate() {
-            let switch = path.switch(step);
-            (held[lane], difference[lane]) = match thrust(lane) {
-                Some(thrust) => (thrust, 0.0),
-                None if switch <= 0.0 => (now[lane], 0.0),
-                None if switch >= 1.0 => (earlier[lane], 0.0),
-                None => (now[lane], earlier[lane] - now[lane]),
+            let drive = path.drive(step, [now[lane], earlier[lane]], thrust(lane));
+            (held[lane], difference[lane]) = match drive {
+                Drive::Force(force) => (force, 0.0),
+                Drive::Voltage { now_v, switch, .. } if switch <= 0.0 => (now_v, 0.0),
+                Drive::Voltage { earlier_v, switch, .. } if switch >= 1.0 => (earlier_v, 0.0),
+                Drive::Voltage { earlier_v, now_v, .. } => (now_v, earlier_v - now_v),
             };
         }
         debug_assert_eq!(self.driven == Driven::ByForce, thrust(0).is_some());

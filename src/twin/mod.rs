@@ -31,14 +31,23 @@ pub struct Command {
     pub disturbance_v: f64,
     /// Effort to apply instead of the controller's (the disturbance is then part of it already).
     pub effort_v: Option<f64>,
-    /// Motor force or torque to apply instead of the motor's, in N or N·m.
+    /// Motor force or torque to apply instead of the motor's, its mean over the period in N or N·m.
     pub thrust: Option<f64>,
+    /// By how much that force rises over the period, in N or N·m.
+    pub thrust_rise: f64,
 }
 
 impl Command {
     /// Follow a reference, nothing injected.
     pub fn follow(position_reference: f64, velocity_reference: f64) -> Self {
-        Self { position_reference, velocity_reference, disturbance_v: 0.0, effort_v: None, thrust: None }
+        Self {
+            position_reference,
+            velocity_reference,
+            disturbance_v: 0.0,
+            effort_v: None,
+            thrust: None,
+            thrust_rise: 0.0,
+        }
     }
 }
 

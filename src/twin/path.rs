@@ -56,6 +56,8 @@ struct Moving {
     load_zero: f64,
     /// Motor and guide force of the step before.
     forces: [f64; 2],
+    /// Rise over the period of the force in the motor's place.
+    thrust_rise: f64,
 }
 
 /// The voltages commanded last: as many as the delay needs.
@@ -124,6 +126,7 @@ impl Path {
                 load: 0.0,
                 load_zero: 0.0,
                 forces: [0.0; 2],
+                thrust_rise: 0.0,
             },
             noise: match sensing {
                 Sensing::Perfect => None,
@@ -263,6 +266,7 @@ impl Path {
         let applied_v = [now_v, if is_split { self.amplifier.output_v(earlier_v) } else { now_v }];
         // A direct motor follows its voltage at once.
         let current = if self.has_winding { current_a } else { applied_v[usize::from(is_split)] };
+        self.moving.thrust_rise = command.thrust_rise;
         let own_thrust = current * self.force_constant * self.laws.ripple(motor);
         let sample = Sample {
             position,
@@ -279,7 +283,10 @@ impl Path {
     #[inline]
     pub fn drive(&self, step: usize, [now_v, earlier_v]: [f64; 2], thrust: Option<f64>) -> Drive {
         match thrust {
-            Some(thrust) => Drive::Force(thrust),
+            Some(thrust) => {
+                let middle = (step as f64 + 0.5) / self.steps() as f64;
+                Drive::Force(thrust + self.moving.thrust_rise * (middle - 0.5))
+            }
             None => Drive::Voltage { earlier_v, now_v, switch: self.switches[step] },
         }
     }
@@ -297,8 +304,10 @@ impl Path {
         let push = self.laws.push_over(coast, position, self.step_s);
         let ripple = match drive {
             Drive::Voltage { .. } => self.laws.ripple_over(coast, position, self.step_s),
-            // A force in the motor's place was measured as it came out: ripple is in it.
-            Drive::Force(_) => StepForce::ZERO,
+            // A force in the motor's place was measured as it came out: ripple is in it, its rise is left to add.
+            Drive::Force(_) => {
+                StepForce { mean: 0.0, rise: self.moving.thrust_rise / self.switches.len() as f64 }
+            }
         };
         let before = self.moving.forces;
         let of_model = |model: &LoadModel| loads().unwrap_or_else(|| model.loads(before));
