@@ -4,7 +4,6 @@ use crate::drive::motor::Circuit;
 use crate::effect::Constants;
 use crate::plant::Resonance;
 use nalgebra::{DMatrix, DVector};
-use std::f64::consts::TAU;
 
 /// Continuous linear dynamics `ż = A·z + b_u·u + b_f·f` of axis, winding and base.
 ///
@@ -130,18 +129,7 @@ impl Dynamics {
         if self.layout.has_winding {
             matrix = matrix.remove_column(Layout::CURRENT).remove_row(Layout::CURRENT);
         }
-        let least = 1e-9 * matrix.amax();
-        let mut found: Vec<Resonance> = matrix
-            .complex_eigenvalues()
-            .iter()
-            .filter(|value| value.im > least)
-            .map(|value| Resonance {
-                frequency_hz: value.norm() / TAU,
-                damping_ratio: -value.re / value.norm(),
-            })
-            .collect();
-        found.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-        found
+        Resonance::of(&matrix, 1e-9 * matrix.amax())
     }
 
     /// One step of `step_s`, with voltage held and force as mean and rise.

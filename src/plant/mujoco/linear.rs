@@ -1,7 +1,5 @@
 //! The assembled scene as a linear system, from MuJoCo's own masses and forces.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{DMatrix, DVector};
 
 use super::Resonance;
@@ -73,18 +71,7 @@ impl Linear {
         system.view_mut((0, size), (size, size)).fill_diagonal(scale);
         system.view_mut((size, 0), (size, size)).copy_from(&(by_coordinate / -scale));
         system.view_mut((size, size), (size, size)).copy_from(&-by_speed);
-        let values = system.complex_eigenvalues();
-        let oscillates = |im: f64| im > 1e-9 * scale;
-        let mut found: Vec<Resonance> = values
-            .iter()
-            .filter(|value| oscillates(value.im))
-            .map(|value| Resonance {
-                frequency_hz: value.norm() / TAU,
-                damping_ratio: -value.re / value.norm(),
-            })
-            .collect();
-        found.sort_by(|a, b| a.frequency_hz.total_cmp(&b.frequency_hz));
-        found
+        Resonance::of(&system, 1e-9 * scale)
     }
 
     /// What the engine, which holds a force over a step, leaves out of one that rises within it.
