@@ -1,4 +1,4 @@
-//! `slideway identify`: ARX models, from a machine's solid model or from a recording.
+//! Sampled transfer functions by ARX, from a machine's solid model or from a recording.
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -22,9 +22,9 @@ use slideway::replay::excitation::Excitation;
 use slideway::report::html;
 use slideway::units::Motion;
 
-use super::output::{Pictures, command_line};
-use super::table::Table;
-use super::{Failure, Plant, Screen};
+use super::super::output::{Pictures, command_line};
+use super::super::table::Table;
+use super::super::{Failure, Plant, Screen};
 
 /// Frame of a solid modeller's motion study: the first period at which a machine is identified by default.
 const MODELLER_FRAME_S: f64 = 0.025;
@@ -37,9 +37,7 @@ const MILLI: f64 = 1000.0;
 /// signals of a recording.
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("subject").required(true).args(["recording", "machine"]))]
-#[command(after_help = "Examples:\n  slideway identify --machine models/MACHINE\n  \
-                        slideway identify recordings/LOG --input thrust_n --output velocity_m_per_s --period 0.025")]
-pub(super) struct Identify {
+pub(super) struct Transfer {
     /// Recording: a folder with recording.toml, or such a file
     #[arg(requires_all = ["input", "output"])]
     recording: Option<PathBuf>,
@@ -81,7 +79,7 @@ pub(super) struct Identify {
     pictures: Pictures,
 }
 
-impl Identify {
+impl Transfer {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         self.pictures.check_places()?;

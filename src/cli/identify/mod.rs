@@ -1,0 +1,35 @@
+//! `slideway identify`: what a recording or a machine's solid model tells of the axis, one identifier a file.
+
+mod transfer;
+
+use std::process::ExitCode;
+
+use clap::{Args, Subcommand};
+
+use super::{Failure, Screen};
+
+/// A transfer function by ARX, or one of the other identifiers by its name.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(after_help = "Examples:\n  slideway identify --machine models/MACHINE\n  \
+                        slideway identify recordings/LOG --input thrust_n --output velocity_m_per_s --period 0.025")]
+pub(super) struct Identify {
+    #[command(subcommand)]
+    kind: Option<Kind>,
+    #[command(flatten)]
+    transfer: transfer::Transfer,
+}
+
+/// A new identifier is a file here, a line in this list and one in [`Identify::run`].
+#[derive(Debug, Subcommand)]
+enum Kind {}
+
+impl Identify {
+    /// Identifies and prints.
+    pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        match &self.kind {
+            Some(kind) => match *kind {},
+            None => self.transfer.run(screen),
+        }
+    }
+}
