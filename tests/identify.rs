@@ -7,17 +7,18 @@ use proptest::prelude::*;
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, Normal};
-use slideway::drive::printed::{self, Variant};
+use slideway::controller::Controller;
+use slideway::drive::printed::{self, ControlEffort, Variant};
 use slideway::error::ErrorKind;
 use slideway::identify::arx::{ArxModel, Orders, arx, arx_runs};
 use slideway::identify::excitation::{Excitation, Outcome, persistence, persistence_order};
 use slideway::identify::first_order::FirstOrder;
 use slideway::identify::frequency_response::welch;
-use slideway::identify::gain_regression::{
-    ControllerGains, ControllerRun, IntegerSettings, VelocityChange, gain_regression,
-};
 use slideway::identify::transfer::TransferFunction;
 use slideway::identify::whiteness::Whiteness;
+use slideway::machine::Machine;
+use slideway::report::{Style, printed_equations};
+use std::path::Path;
 
 /// Noise-free data leave rounding times the condition number.
 const NOISE_FREE: f64 = 1e-9;
@@ -31,8 +32,6 @@ const PERIOD_S: f64 = 250e-6;
 const RESISTANCE_OHM: f64 = 1.3;
 const INDUCTANCE_H: f64 = 0.008;
 const FORCE_CONSTANT_N_PER_A: f64 = 83.1;
-const K1: f64 = 6.942e-2;
-const K2: f64 = 2.359e-4;
 
 fn noise(seed: u64, count: usize, sd: f64) -> Vec<f64> {
     let mut random = StdRng::seed_from_u64(seed);
@@ -172,6 +171,29 @@ fn ref_motor_and_plant_corrected() {
     let plant = printed::plant(Variant::Corrected, &worktable(), r, l, kt).unwrap();
     assert_eq!(format!("{plant:.4}"), "1.1230 z^-1 / (1 - 1.8110 z^-1 + 0.8168 z^-2)");
     assert!(plant.is_stable());
+}
+
+#[test]
+fn ref_control_effort_as_printed_and_corrected() {
+    let machine = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
+    let Some(Controller::Pdf(law)) = &machine.description().controller else { panic!("no PDF law") };
+    let [printed, corrected] =
+        [Variant::AsPrinted, Variant::Corrected].map(|variant| ControlEffort::of(variant, law, PERIOD_S));
+    assert_eq!(printed.to_string(), "4.75e-3 k1 e(k) + u1(k-1) + 260 k2 y(k)");
+    assert_eq!(corrected.to_string(), "4.75e-3 k1 e(k) + u1(k-1) - 260 k2 y(k)");
+    assert!(corrected.feeds_back_negatively() && !printed.feeds_back_negatively());
+    // All of the equations from an identified W(z), which the paper rounds before it goes on.
+    let identified = transfer(&[0.0, 0.449_97], &[1.0, -0.850_02]);
+    let section = printed_equations(&machine, &identified).unwrap().unwrap();
+    let text = section.text(Style { colour: false, width: 120 });
+    for row in [
+        "1 - 1.0423 z^-1",
+        "1.0423: unstable",
+        "1.218 z^-1 / (1 - 1.892 z^-1 + 0.886 z^-2)",
+        "1.123 z^-1 / (1 - 1.811 z^-1 + 0.817 z^-2)",
+    ] {
+        assert!(text.contains(row), "{row} is not in\n{text}");
+    }
 }
 
 #[test]
@@ -479,158 +501,6 @@ fn exact_model_that_is_no_lag_is_refused() {
     assert_eq!(FirstOrder::of(&second, 1.0).unwrap_err().key_name(), Some("orders"));
     let lag = fit(&[0.0, 0.45], &[1.0, -0.85], LAG);
     assert_eq!(FirstOrder::of(&lag, 0.0).unwrap_err().key_name(), Some("output_units_per_si"));
-}
-
-// --- gains behind integers ---
-
-const SETTINGS: IntegerSettings =
-    IntegerSettings { integral: 19, proportional: 260, sample_period_s: PERIOD_S };
-
-struct Loop {
-    error: Vec<f64>,
-    effort_v: Vec<f64>,
-    velocity: Vec<f64>,
-}
-
-impl Loop {
-    fn run(&self) -> ControllerRun<'_> {
-        ControllerRun { error: &self.error, effort_v: &self.effort_v, velocity: &self.velocity }
-    }
-}
-
-fn plant() -> TransferFunction {
-    let (r, l, kt) = (RESISTANCE_OHM, INDUCTANCE_H, FORCE_CONSTANT_N_PER_A);
-    printed::plant(Variant::Corrected, &worktable(), r, l, kt).unwrap()
-}
-
-/// The loop u(k) = u(k−1) + 19·T·k1·e(k) − 260·k2·(y(k) − y(k−1)) + n(k) around the corrected plant.
-fn pdf_loop(reference: &[f64], feedback_sign: f64, equation_noise: &[f64]) -> Loop {
-    let plant = plant();
-    let (b, a) = (plant.numerator()[1], &plant.denominator()[1..]);
-    let (mut error, mut effort_v, mut velocity) = (vec![], vec![], vec![]);
-    let (mut u, mut y) = ([0.0; 2], [0.0; 2]);
-    for (r, n) in reference.iter().zip(equation_noise) {
-        let present = b * u[0] - a[0] * y[0] - a[1] * y[1];
-        let e = r - present;
-        let effort = u[0] + 19.0 * PERIOD_S * K1 * e - feedback_sign * 260.0 * K2 * (present - y[0]) + n;
-        (u, y) = ([effort, u[0]], [present, y[0]]);
-        error.push(e);
-        effort_v.push(effort);
-        velocity.push(present);
-    }
-    Loop { error, effort_v, velocity }
-}
-
-/// Forth and back: trapezoids of velocity, mm/s.
-fn strokes(feed: f64) -> Vec<f64> {
-    let trapezoid = |k: i32| (f64::from(k) / 80.0).min(f64::from(600 - k) / 80.0).clamp(0.0, 1.0) * feed;
-    (0..1600).map(|k| if k < 800 { trapezoid(k) } else { -trapezoid(k - 800) }).collect()
-}
-
-fn assert_gains(gains: &ControllerGains, k2: f64) {
-    assert!((gains.k1.value / K1 - 1.0).abs() < NOISE_FREE, "{gains:?}");
-    assert!((gains.k2.value / k2 - 1.0).abs() < NOISE_FREE, "{gains:?}");
-    assert!((gains.previous_effort.value - 1.0).abs() < NOISE_FREE, "{gains:?}");
-    assert!(gains.integrates());
-    assert!(gains.condition < 1e4, "{gains:?}");
-}
-
-#[test]
-fn ref_published_gains_are_recovered() {
-    let quiet = vec![0.0; 1600];
-    let loops = [133.0, 267.0].map(|feed| pdf_loop(&strokes(feed), 1.0, &quiet));
-    let runs: Vec<_> = loops.iter().map(Loop::run).collect();
-    let gains = identified(gain_regression(&runs, SETTINGS, VelocityChange::Measured).unwrap());
-    assert_gains(&gains, K2);
-    assert_eq!(gains.k2_as_printed(), -gains.k2.value);
-    assert_eq!(format!("{:.4e}", gains.k1.value), "6.9420e-2");
-    // eq. (12): the plant predicts y(k)
-    let plant = plant();
-    let predicted = identified(gain_regression(&runs, SETTINGS, VelocityChange::Predicted(&plant)).unwrap());
-    assert_gains(&predicted, K2);
-}
-
-#[test]
-fn exact_feedback_of_the_printed_sign_shows_as_negative_gain() {
-    let (error, velocity) = (noise(33, 300, 50.0), noise(34, 300, 50.0));
-    let mut effort_v = vec![0.0];
-    for k in 1..300 {
-        let change = velocity[k] - velocity[k - 1];
-        effort_v.push(effort_v[k - 1] + 19.0 * PERIOD_S * K1 * error[k] + 260.0 * K2 * change);
-    }
-    let run = ControllerRun { error: &error, effort_v: &effort_v, velocity: &velocity };
-    let gains = identified(gain_regression(&[run], SETTINGS, VelocityChange::Measured).unwrap());
-    assert!((gains.k2_as_printed() / K2 - 1.0).abs() < NOISE_FREE, "{gains:?}");
-    // closed around the plant that sign runs away, the other follows
-    let quiet = vec![0.0; 1600];
-    let largest = |run: Loop| run.velocity.iter().fold(0.0, |top: f64, v| top.max(v.abs()));
-    assert!(largest(pdf_loop(&strokes(133.0), 1.0, &quiet)) < 200.0);
-    assert!(largest(pdf_loop(&strokes(133.0), -1.0, &quiet)) > 1e6);
-}
-
-#[test]
-fn exact_intervals_of_the_gains_cover_as_stated() {
-    const SEEDS: u64 = 300;
-    let reference = strokes(133.0);
-    let mut covered = [0.0; 3];
-    for seed in 0..SEEDS {
-        let run = pdf_loop(&reference, 1.0, &noise(seed, 1600, 0.01));
-        let gains = identified(gain_regression(&[run.run()], SETTINGS, VelocityChange::Measured).unwrap());
-        let hits = [gains.k1.covers(K1), gains.previous_effort.covers(1.0), gains.k2.covers(K2)];
-        for (count, hit) in covered.iter_mut().zip(hits) {
-            *count += f64::from(u8::from(hit)) / SEEDS as f64;
-        }
-    }
-    assert!(covered.iter().all(|share| COVERAGE.contains(share)), "{covered:?}");
-}
-
-#[test]
-fn exact_controller_that_does_not_integrate_is_seen() {
-    let reference = noise(31, 500, 100.0);
-    let velocity = noise(32, 500, 100.0);
-    let error: Vec<f64> = reference.iter().zip(&velocity).map(|(r, y)| r - y).collect();
-    let effort_v: Vec<f64> = error.iter().map(|e| 0.01 * e).collect();
-    let run = ControllerRun { error: &error, effort_v: &effort_v, velocity: &velocity };
-    let gains = identified(gain_regression(&[run], SETTINGS, VelocityChange::Measured).unwrap());
-    assert!(!gains.integrates(), "{gains:?}");
-}
-
-#[test]
-fn exact_constant_speed_or_rest_is_refused() {
-    let (zero, constant) = (vec![0.0; 200], vec![4.0; 200]);
-    for (error, effort_v, velocity) in
-        [(&zero, &constant, &constant), (&zero, &zero, &zero), (&constant, &constant, &constant)]
-    {
-        let run = ControllerRun { error, effort_v, velocity };
-        match gain_regression(&[run], SETTINGS, VelocityChange::Measured).unwrap() {
-            Outcome::Identified(gains) => panic!("identified {gains:?}"),
-            Outcome::NotExcited(why) => {
-                assert!(why.condition > 1e8 && why.to_string().contains("reverse"), "{why}")
-            }
-        }
-    }
-}
-
-#[test]
-fn exact_broken_controller_signals_are_refused() {
-    let run = pdf_loop(&strokes(133.0), 1.0, &vec![0.0; 1600]);
-    let zero = IntegerSettings { proportional: 0, ..SETTINGS };
-    let error = gain_regression(&[run.run()], zero, VelocityChange::Measured).unwrap_err();
-    assert_eq!(error.key_name(), Some("proportional"));
-    let short = ControllerRun { velocity: &run.velocity[1..], ..run.run() };
-    assert_eq!(
-        gain_regression(&[short], SETTINGS, VelocityChange::Measured).unwrap_err().key_name(),
-        Some("velocity")
-    );
-    let mut bad = run.error.clone();
-    bad[3] = f64::INFINITY;
-    let bad = ControllerRun { error: &bad, ..run.run() };
-    assert_eq!(
-        gain_regression(&[bad], SETTINGS, VelocityChange::Measured).unwrap_err().key_name(),
-        Some("error")
-    );
-    let none = gain_regression(&[], SETTINGS, VelocityChange::Measured).unwrap_err();
-    assert_eq!(none.kind(), ErrorKind::TooLittleData);
 }
 
 // --- frequency response ---

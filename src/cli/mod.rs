@@ -10,6 +10,7 @@ mod output;
 mod refusal;
 mod replay;
 mod setting;
+mod subject;
 mod table;
 mod trial;
 

@@ -8,6 +8,8 @@ mod gains;
 pub mod integer;
 pub mod pdf;
 pub mod reference_delay;
+pub mod regression;
+pub mod regressor;
 
 use serde::{Deserialize, Serialize};
 
@@ -73,6 +75,14 @@ impl Controller {
                 law.velocity_gain_v_s_per_m *= velocity;
                 law.velocity_integral_per_s *= integral;
             }
+        }
+    }
+
+    /// Gain of the position loop, 1/s.
+    pub fn position_gain_per_s(&self) -> f64 {
+        match self {
+            Self::Pdf(law) => law.position_gain_per_s,
+            Self::Cascade(law) => law.position_gain_per_s,
         }
     }
 

@@ -1,10 +1,13 @@
-//! The sampled linear motor in the form the grinding-machine paper prints it, and with its sign put right.
+//! The sampled linear motor and the control law as a paper prints them, and with their signs put right.
 //!
 //! Only to regenerate printed transfer functions. A replay does not use these: it propagates the winding
 //! exactly.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
+use crate::controller::Pdf;
 use crate::error::{Error, ErrorKind, Result};
 use crate::identify::transfer::TransferFunction;
 
@@ -102,4 +105,60 @@ fn positive(key: &str, value: f64) -> Result<()> {
         .found(value.to_string())
         .expected("a finite number > 0")
         .remedy("take it from the motor's data sheet"))
+}
+
+/// The control effort of a pseudo-derivative-feedback law with its gains per count k1, k2 left open, eq. (8).
+///
+/// # Model
+/// ```text
+/// as printed  u(k) = n_i·T·k1·e(k) + u1(k−1) + n_p·k2·y(k)       feeds the velocity y back positively
+/// corrected   u(k) = n_i·T·k1·e(k) + u1(k−1) − n_p·k2·y(k)
+/// ```
+///
+/// # Source
+/// Liu, Lai, Yen, eq. (8).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ControlEffort {
+    /// n_i·T, what multiplies k1·e(k).
+    pub integral: f64,
+    /// ± n_p, what multiplies k2·y(k).
+    pub proportional: f64,
+}
+
+impl ControlEffort {
+    /// Of a law sampled at `period_s`.
+    pub fn of(variant: Variant, law: &Pdf, period_s: f64) -> Self {
+        let register = f64::from(law.proportional.value());
+        let proportional = match variant {
+            Variant::AsPrinted => register,
+            Variant::Corrected => -register,
+        };
+        Self { integral: f64::from(law.integral.value()) * period_s, proportional }
+    }
+
+    /// Whether the velocity is fed back against its own direction, for positive k2.
+    pub fn feeds_back_negatively(&self) -> bool {
+        self.proportional < 0.0
+    }
+}
+
+impl fmt::Display for ControlEffort {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let sign = if self.proportional < 0.0 { '-' } else { '+' };
+        write!(f, "{:.2e} k1 e(k) + u1(k-1) {sign} {} k2 y(k)", self.integral, self.proportional.abs())
+    }
+}
+
+/// A transfer function with its coefficients rounded to so many decimals, as a paper prints it and computes on with it.
+///
+/// # Errors
+/// Coefficients that round to a function that is none.
+pub fn rounded(function: &TransferFunction, decimals: i32) -> Result<TransferFunction> {
+    let scale = 10f64.powi(decimals);
+    let round = |coefficients: &[f64]| coefficients.iter().map(|c| (c * scale).round() / scale).collect();
+    TransferFunction::new(
+        round(function.numerator()),
+        round(function.denominator()),
+        function.sample_period_s(),
+    )
 }

@@ -1,4 +1,4 @@
-//! Identification from recorded signals: ARX, controller gains, frequency response, excitation.
+//! Identification from recorded signals: ARX, frequency response, excitation, least squares.
 //!
 //! Everything here takes plain slices sampled at one period in seconds; units of the signals are the
 //! caller's. "The data do not determine it" is an [`Outcome`](excitation::Outcome), not an error.
@@ -9,7 +9,6 @@ pub mod decimation;
 pub mod excitation;
 pub mod first_order;
 pub mod frequency_response;
-pub mod gain_regression;
 pub mod least_squares;
 mod polynomial;
 pub mod transfer;

@@ -1,10 +1,12 @@
 //! Replay: strokes and recorded commands through the twin, for a whole run.
 
 mod cell;
+mod controller_run;
 pub mod crosscheck;
 pub mod excitation;
 pub mod feedforward;
 mod figures;
+pub mod gain_table;
 pub mod recorded;
 pub mod recording;
 mod simulation;
@@ -13,6 +15,7 @@ mod together;
 pub mod windows;
 
 pub use cell::Cell;
+pub use controller_run::controller_run;
 pub use feedforward::Feedforward;
 pub use figures::{Figures, SETTLING_BAND};
 pub use recorded::Recorded;

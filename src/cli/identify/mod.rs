@@ -1,10 +1,13 @@
 //! `slideway identify`: what a recording or a machine's solid model tells of the axis, one identifier a file.
 
+mod gains;
 mod transfer;
 
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
+use slideway::error::{Error, ErrorKind};
+use slideway::recording::{Recording, Run};
 
 use super::{Failure, Screen};
 
@@ -22,14 +25,32 @@ pub(super) struct Identify {
 
 /// A new identifier is a file here, a line in this list and one in [`Identify::run`].
 #[derive(Debug, Subcommand)]
-enum Kind {}
+enum Kind {
+    /// The gains that a controller ran with, from its recorded signals
+    Gains(gains::Gains),
+}
 
 impl Identify {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         match &self.kind {
-            Some(kind) => match *kind {},
+            Some(Kind::Gains(gains)) => gains.run(screen),
             None => self.transfer.run(screen),
         }
     }
+}
+
+/// The run of that name, or all runs.
+fn runs_of<'a>(recording: &'a Recording, name: Option<&str>) -> Result<Vec<&'a Run>, Error> {
+    let Some(name) = name else { return Ok(recording.runs().iter().collect()) };
+    let run = recording.run(name).ok_or_else(|| {
+        let names: Vec<&str> = recording.runs().iter().map(Run::name).collect();
+        Error::new(ErrorKind::Missing)
+            .file(&recording.path)
+            .key("--run")
+            .found(format!("`{name}`"))
+            .expected(format!("one of {}", names.join(", ")))
+            .remedy("name a run of the recording, or leave --run out for all")
+    })?;
+    Ok(vec![run])
 }

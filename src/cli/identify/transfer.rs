@@ -5,8 +5,6 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
-use slideway::drive::motor::Motor;
-use slideway::drive::printed::{self, Variant};
 use slideway::error::{Error, ErrorKind};
 use slideway::identify::arx::{ArxModel, Orders, arx_runs};
 use slideway::identify::decimation;
@@ -14,17 +12,18 @@ use slideway::identify::excitation::{NotExcited, Outcome};
 use slideway::identify::first_order::FirstOrder;
 use slideway::identify::frequency_response::{Point, welch};
 use slideway::identify::least_squares::Estimate;
-use slideway::identify::transfer::TransferFunction;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Run, Signal};
 use slideway::replay::PlantChoice;
 use slideway::replay::excitation::Excitation;
-use slideway::report::html;
+use slideway::report::sheet::Section;
+use slideway::report::{html, printed_equations};
 use slideway::units::Motion;
 
 use super::super::output::{Pictures, command_line};
 use super::super::table::Table;
-use super::super::{Failure, Plant, Screen};
+use super::super::{Failure, Plant, Screen, style};
+use super::runs_of;
 
 /// Frame of a solid modeller's motion study: the first period at which a machine is identified by default.
 const MODELLER_FRAME_S: f64 = 0.025;
@@ -124,7 +123,12 @@ impl Transfer {
             drawn.push(to_draw(title, &model, &[(&excited.force, &velocity)]));
             models.push(model);
         }
-        write_printed(out, machine, &models)?;
+        let equations =
+            models.first().map(|model| printed_equations(machine, &model.transfer)).transpose()?;
+        let equations: Vec<Section> = equations.flatten().into_iter().collect();
+        for section in &equations {
+            write!(out, "{}", section.text(style()))?;
+        }
         Ok(html::Identified {
             subject: machine.description().name.clone(),
             sentence: format!("The moving part alone on the {plant}: from force to velocity, {unit}."),
@@ -133,14 +137,12 @@ impl Transfer {
             motion: machine.motion(),
             sha256: None,
             models: drawn,
+            further: equations,
         })
     }
 
     fn of_recording(&self, recording: &Recording, screen: &mut Screen) -> Result<html::Identified, Failure> {
-        let runs: Vec<&Run> = match &self.run {
-            None => recording.runs().iter().collect(),
-            Some(name) => vec![recording.run(name).ok_or_else(|| no_run(recording, name))?],
-        };
+        let runs = runs_of(recording, self.run.as_deref())?;
         let input = self.input.as_deref().unwrap_or_default();
         let output = self.output.as_deref().unwrap_or_default();
         let own = recording.sample_period_s();
@@ -174,18 +176,9 @@ impl Transfer {
             motion: recording.motion(),
             sha256: Some(recording.sha256()),
             models: drawn,
+            further: Vec::new(),
         })
     }
-}
-
-fn no_run(recording: &Recording, name: &str) -> Error {
-    let names: Vec<&str> = recording.runs().iter().map(Run::name).collect();
-    Error::new(ErrorKind::Missing)
-        .file(&recording.path)
-        .key("--run")
-        .found(format!("`{name}`"))
-        .expected(format!("one of {}", names.join(", ")))
-        .remedy("name a run of the recording, or leave --run out for all")
 }
 
 /// A signal by its canonical name, or an extra column.
@@ -329,35 +322,6 @@ fn write_first_order(
     estimate_row(&mut table, mass.to_owned(), &lag.inertia);
     estimate_row(&mut table, drag.to_owned(), &lag.viscous_coefficient);
     estimate_row(&mut table, "decay rate, 1/s".to_owned(), &lag.decay_rate_per_s);
-    table.write(out)?;
-    Ok(())
-}
-
-/// L(z) and P*(z) = W(z)·L(z) of a winding, in both forms.
-fn write_printed(out: &mut dyn Write, machine: &Machine, models: &[ArxModel]) -> Result<(), Failure> {
-    let Motor::Winding(winding) = &machine.description().motor else { return Ok(()) };
-    let period_s = machine.description().sample_period_s;
-    let electrical = (winding.resistance_ohm, winding.inductance_h, winding.force_constant_n_per_a);
-    writeln!(out, "\nMotor L(z) from V to N and P*(z) = W(z)·L(z), L at {}", period_text(period_s))?;
-    writeln!(out, "  W(z) enters with its coefficients as identified, whatever period they belong to")?;
-    let mut table = Table::new(["", "as printed (sign of R·T)", "corrected"]).left(3);
-    let both = |form: &dyn Fn(Variant) -> Result<TransferFunction, Error>| -> Result<[String; 2], Error> {
-        let text = |function: TransferFunction| {
-            let stability = if function.is_stable() { "" } else { "  unstable" };
-            format!("{function:.4}{stability}")
-        };
-        Ok([text(form(Variant::AsPrinted)?), text(form(Variant::Corrected)?)])
-    };
-    let (r, l, kt) = electrical;
-    let [printed, corrected] = both(&|variant| printed::motor(variant, r, l, kt, period_s))?;
-    table.row(["L(z)".to_owned(), printed, corrected]);
-    for model in models {
-        let w = &model.transfer;
-        let own_period = w.sample_period_s();
-        let w = TransferFunction::new(w.numerator().to_vec(), w.denominator().to_vec(), period_s)?;
-        let [printed, corrected] = both(&|variant| printed::plant(variant, &w, r, l, kt))?;
-        table.row([format!("P*(z), W at {}", period_text(own_period)), printed, corrected]);
-    }
     table.write(out)?;
     Ok(())
 }

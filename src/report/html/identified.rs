@@ -2,10 +2,12 @@
 
 use super::page::{Builder, Page, Part};
 use super::replayed::version;
+use super::sheet::part as section_part;
 use super::{data, head, provenance};
 use crate::identify::frequency_response::Point;
 use crate::identify::transfer::TransferFunction;
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel, escape};
+use crate::report::sheet::Section;
 use crate::units::Motion;
 use nalgebra::Complex;
 
@@ -41,6 +43,8 @@ pub struct Identified {
     pub sha256: Option<String>,
     /// The models.
     pub models: Vec<Model>,
+    /// What else there is to say.
+    pub further: Vec<Section>,
 }
 
 /// Points of a curve.
@@ -57,6 +61,9 @@ pub fn identified(found: &Identified, command: &str) -> Page {
     let mut page = Builder::new(&format!("{subject}: identification"), head);
     for (k, model) in models.iter().enumerate() {
         page.section(&format!("model{}", k + 1), &model.title, part(model, k, &found.unit));
+    }
+    for (k, section) in found.further.iter().enumerate() {
+        page.section(&format!("further{}", k + 1), &section.title, section_part(section));
     }
     let rows = [
         ("subject", subject.clone()),

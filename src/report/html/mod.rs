@@ -20,6 +20,7 @@ mod provenance;
 mod replayed;
 mod scale;
 mod scene;
+mod sheet;
 mod spectrum;
 mod traces;
 
@@ -28,6 +29,7 @@ pub use identified::{Identified, Model, identified};
 pub use inspected::{machine, recording};
 pub use page::Page;
 pub use replayed::replayed;
+pub use sheet::sheet;
 
 use super::material::Material;
 use crate::diagnose::{Diagnosis, Verdict};
