@@ -23,14 +23,15 @@
 //!  effect: laws attached to one of these sites     machine: the file that states all of them
 //!  twin: one period of this walk                   replay: the walk for a whole run
 //!
-//!  recording ──► identify      models from data alone: ARX, frequency response, gain regression
+//!  recording ──► identify      models from data alone: ARX, frequency response
 //!  recording ──► diagnose ──►  report        twin and recording compared: where, why, how much
+//!  machine ──► tune            gains of the controller swept, optimised and re-checked
 //!  machine ──► trial           the diagnosis checked on machines whose effect is withheld
 //! ```
 //!
 //! Modules import in one direction: [`error`], [`units`], [`recording`], [`identify`], [`solid`],
 //! [`controller`], [`drive`], [`sensor`], [`base`], [`guide`], [`effect`], [`machine`], [`plant`], [`twin`],
-//! [`replay`], [`diagnose`], [`trial`], [`report`], then the command line, which belongs to the binary.
+//! [`replay`], [`tune`], [`diagnose`], [`trial`], [`report`], then the command line, which belongs to the binary.
 //!
 //! # Where something new goes
 //! **A new effect** (a law that a real machine follows and a twin may leave out) is one file in [`effect`]
@@ -70,6 +71,7 @@ pub mod report;
 pub mod sensor;
 pub mod solid;
 pub mod trial;
+pub mod tune;
 pub mod twin;
 pub mod units;
 

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Every module of the crate; one may import from itself and from those before it.
-const ORDER: [&str; 19] = [
+const ORDER: [&str; 20] = [
     "error",
     "units",
     "recording",
@@ -22,13 +22,14 @@ const ORDER: [&str; 19] = [
     "plant",
     "twin",
     "replay",
+    "tune",
     "diagnose",
     "trial",
     "report",
     "cli",
 ];
 /// Modules of the order that need not exist: the crate may be built without them.
-const OPTIONAL: [&str; 4] = ["diagnose", "trial", "report", "cli"];
+const OPTIONAL: [&str; 5] = ["tune", "diagnose", "trial", "report", "cli"];
 /// Where printing is the purpose.
 const MAY_PRINT: [&str; 3] = ["cli", "report", "main"];
 const PRINTING: [&str; 7] = ["println!", "eprintln!", "print!", "eprint!", "dbg!", "todo!", "unimplemented!"];

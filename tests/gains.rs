@@ -170,11 +170,25 @@ fn exact_clipped_effort_is_left_out() {
 }
 
 #[test]
-fn exact_law_of_another_form_is_seen() {
-    // A proportional law told as one that integrates.
-    let run = run_of(&Controller::Cascade(cascade(20.0)), &Controller::Cascade(cascade(0.0)), inputs(3000));
+fn exact_integrator_that_leaks_is_seen() {
+    let law = Controller::Pdf(pdf());
+    let mut run = run_of(&law, &law, inputs(4000));
+    let whole = run.effort_v.clone();
+    let mut leaking = whole[0];
+    for k in 1..whole.len() {
+        leaking = 0.98 * leaking + whole[k] - whole[k - 1];
+        run.effort_v[k] = leaking;
+    }
     let found = identified(gain_regression(&[run], Unknown::VelocityLoop).unwrap());
     assert!(!found.integrates_as_stated(), "{found:?}");
+    assert!((found.previous_effort.unwrap().value - 0.98).abs() < 1e-6);
+}
+
+#[test]
+fn exact_law_that_the_data_cannot_tell_from_another_is_refused() {
+    // A proportional law told as one that integrates: its effort one sample ago is a gain times the error then.
+    let run = run_of(&Controller::Cascade(cascade(20.0)), &Controller::Cascade(cascade(0.0)), inputs(3000));
+    assert!(matches!(gain_regression(&[run], Unknown::VelocityLoop).unwrap(), Outcome::NotExcited(_)));
 }
 
 #[test]

@@ -13,6 +13,7 @@ mod setting;
 mod subject;
 mod table;
 mod trial;
+mod tune;
 
 use std::io::{self, IsTerminal as _, Write};
 use std::process::ExitCode;
@@ -59,6 +60,8 @@ enum Command {
     Crosscheck(crosscheck::CrosscheckCommand),
     /// Show what is in a recording or a machine
     Inspect(inspect::Inspect),
+    /// Tune a controller in simulation: sweep, optimise, re-check where the machine is off
+    Tune(tune::Tune),
     /// Check the diagnosis on machines whose effect is withheld
     Trial(trial::Trial),
 }
@@ -148,6 +151,7 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
         Command::Identify(identify) => identify.run(screen),
         Command::Crosscheck(crosscheck) => crosscheck.run(screen),
         Command::Inspect(inspect) => inspect.run(screen),
+        Command::Tune(tune) => tune.run(screen),
         Command::Trial(trial) => trial.run(screen),
     }
 }

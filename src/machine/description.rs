@@ -1,6 +1,6 @@
 //! What a machine file says.
 
-use super::{Provenance, Tolerance};
+use super::{CrosscheckPlan, Provenance, Tolerance, TunePlan};
 use crate::base::Mode;
 use crate::controller::Controller;
 use crate::drive::amplifier::Amplifier;
@@ -60,35 +60,12 @@ pub struct Description {
     /// Strokes on which the plants are held against each other; where absent, strokes of the axis' own size.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crosscheck: Option<CrosscheckPlan>,
+    /// How the controller is tuned; nothing that the twin reads.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tune: Option<TunePlan>,
     /// Diagnoses that wrote values into this file, the newest last; nothing that the twin reads.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub provenance: Vec<Provenance>,
-}
-
-/// What a cross-check replays; nothing that the twin reads.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct CrosscheckPlan {
-    /// Strokes at feeds, `STROKE@FEED`: m at m/min, or rad at rad/s for a revolute axis.
-    pub cells: Vec<String>,
-}
-
-impl CrosscheckPlan {
-    /// The first cell that is not two numbers with an `@` between them.
-    fn fault(&self) -> Option<String> {
-        let is_right = |cell: &&String| {
-            let numbers = cell.split_once('@').map(|(stroke, feed)| {
-                [stroke, feed].map(|number| number.trim().parse::<f64>().unwrap_or(f64::NAN))
-            });
-            numbers.is_some_and(|[stroke, feed]| {
-                stroke.is_finite() && stroke != 0.0 && feed.is_finite() && feed > 0.0
-            })
-        };
-        if self.cells.is_empty() {
-            return Some("no cell".to_owned());
-        }
-        self.cells.iter().find(|cell| !is_right(cell)).map(|cell| format!("`{cell}`"))
-    }
 }
 
 /// The machine base.
@@ -139,13 +116,8 @@ impl Description {
         }
         zero_or_more("current_sensor.noise_a", self.current_sensor.noise_a)?;
         self.tolerance.check()?;
-        if let Some(fault) = self.crosscheck.as_ref().and_then(CrosscheckPlan::fault) {
-            return Err(Error::new(ErrorKind::Syntax)
-                .key("crosscheck.cells")
-                .found(fault)
-                .expected("strokes at feeds, STROKE@FEED: m@m/min, or rad@rad/s for a turning axis")
-                .remedy("write for instance cells = [\"0.02@8\"], or leave [crosscheck] out"));
-        }
+        self.crosscheck.as_ref().map_or(Ok(()), CrosscheckPlan::check)?;
+        self.tune.as_ref().map_or(Ok(()), TunePlan::check)?;
         match self.effect.fault() {
             Some((key, fault)) => Err(Error::new(ErrorKind::OutOfRange).key(key).found(fault)),
             None => Ok(()),

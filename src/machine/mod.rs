@@ -6,11 +6,13 @@
 mod description;
 mod file_text;
 mod key_path;
+mod plans;
 pub mod provenance;
 mod tolerance;
 mod write;
 
-pub use description::{Base, CrosscheckPlan, Description, ReferenceGenerator};
+pub use description::{Base, Description, ReferenceGenerator};
+pub use plans::{CrosscheckPlan, TunePlan, Vary};
 pub use provenance::Provenance;
 pub use tolerance::Tolerance;
 

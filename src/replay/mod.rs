@@ -19,6 +19,7 @@ pub use controller_run::controller_run;
 pub use feedforward::Feedforward;
 pub use figures::{Figures, SETTLING_BAND};
 pub use recorded::Recorded;
+pub(crate) use simulation::check_travel;
 pub use simulation::{PlantChoice, run_seed, simulate};
 pub use stroke::{Motion, Stroke};
 pub use together::run_together;
@@ -68,6 +69,15 @@ impl Traces {
         self.current.push(sample.current);
         self.thrust.push(sample.thrust);
         self.load_position.push(sample.load_position);
+    }
+
+    /// Forgets the first samples.
+    pub fn forget(&mut self, samples: usize) {
+        let Self { position, velocity, effort_v, current, thrust, load_position, slider_loads } = self;
+        for trace in [position, velocity, effort_v, current, thrust, load_position] {
+            trace.drain(..samples.min(trace.len()));
+        }
+        slider_loads.drain(..samples.min(slider_loads.len()));
     }
 
     /// Number of samples.

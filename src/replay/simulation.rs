@@ -84,7 +84,8 @@ fn walk<P: Plant>(
     run(&mut twin, follow(reference, period_s), each)
 }
 
-pub(super) fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
+/// Refuses a reference beyond the joint's limits.
+pub(crate) fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
     let joint = &machine.solid().joint;
     match reference.iter().find(|position| !(joint.lower..=joint.upper).contains(*position)) {
         None => Ok(()),

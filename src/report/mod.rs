@@ -19,6 +19,7 @@ mod printed;
 mod sentence;
 pub mod sheet;
 mod terminal;
+mod tuned;
 mod which;
 
 pub use crosscheck::crosscheck;
@@ -26,3 +27,4 @@ pub use gains::{gain_table, gains};
 pub use printed::printed_equations;
 pub use sentence::sentence;
 pub use terminal::{Style, terminal};
+pub use tuned::tuned;

@@ -54,6 +54,13 @@ impl Draw {
         );
     }
 
+    /// An area filled so far, 0 to 1; nothing where it is empty.
+    pub(super) fn fill(&mut self, data: &str, class: &str, full: f64) {
+        if !data.is_empty() {
+            let _ = writeln!(self.out, "<path d=\"{data}\" class=\"{class}\" fill-opacity=\"{full:.3}\"/>");
+        }
+    }
+
     /// Facets of one shade, 0 (dark) to 1 (light).
     pub(super) fn shade(&mut self, data: &str, class: &str, light: f64) {
         let _ = writeln!(self.out, "<path d=\"{data}\" class=\"{class}\" style=\"--i:{light:.2}\"/>");

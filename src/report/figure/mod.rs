@@ -8,6 +8,7 @@ pub mod budget;
 pub mod chart;
 mod draw;
 pub mod heat;
+pub mod map;
 pub mod path;
 mod summary;
 pub mod view;
@@ -17,6 +18,7 @@ pub use bars::{Bar, Bars, Row};
 pub use budget::{Budget, Part};
 pub use chart::{Chart, Mark};
 pub use heat::Heat;
+pub use map::Map;
 pub use path::SignalPath;
 pub use summary::svg;
 pub use view::View;
@@ -113,6 +115,8 @@ pub enum Panel {
     Path(SignalPath),
     /// A strip of cells.
     Heat(Heat),
+    /// Cells over two numbers.
+    Map(Map),
     /// The machine.
     View(View),
 }
@@ -182,6 +186,7 @@ impl Figure {
                 Panel::Budget(budget) => budget.draw(&mut draw, width, top),
                 Panel::Path(path) => path.draw(&mut draw, width, top),
                 Panel::Heat(heat) => heat.draw(&mut draw, width, top),
+                Panel::Map(map) => map.draw(&mut draw, width, top),
                 Panel::View(view) => view.draw(&mut draw, width, top),
             };
         }

@@ -1,0 +1,172 @@
+//! `slideway tune`: numbers of a controller swept and optimised over strokes.
+
+use std::io::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+use slideway::error::{Error, ErrorKind};
+use slideway::machine::{Machine, TunePlan};
+use slideway::replay::Cell;
+use slideway::replay::crosscheck::cells_of;
+use slideway::report::{Style, html, tuned};
+use slideway::tune::{Knob, Limits, Objective, Tuning, Written, WrittenLimit};
+
+use super::output::{Pictures, command_line};
+use super::setting::{Setting, lay_over};
+use super::{Failure, Screen, style};
+
+/// Width that the table of criteria needs.
+const WIDTH: usize = 112;
+/// Longest standstill that may be asked for, in s.
+const LONGEST_STANDSTILL_S: f64 = 60.0;
+/// Friction to withstand where none is stated, as a share of the peak thrust of the strokes.
+const SHARE_OF_THRUST: f64 = 0.1;
+
+/// Replays every setting of a map over all strokes in closed loop, goes on from the best of the map, and re-checks the
+/// choice with mass ±20 %, friction, and the base's frequencies ±10 %. Integers stay integers. Settings that keep the
+/// limits come first, of these the ones with the least mean settling time.
+#[derive(Debug, Args)]
+#[command(after_help = "Examples:\n  slideway tune models/MACHINE --html tune.html\n  \
+                        slideway tune models/MACHINE --vary controller.integral=6..65 --vary controller.proportional=100..395:5 \\\n      \
+                        --mark 22,220 --cell 0.02@8 0.03@16 --limit position_overshoot_percent=0.2")]
+pub(super) struct Tune {
+    /// Machine folder, or a machine file; also one that `diagnose --write-machine` saved
+    machine: PathBuf,
+    /// Number of the controller to vary and its range, as KEY=FROM..TO or KEY=FROM..TO:STEP; several times
+    /// [default: those of the machine file's table [tune], otherwise the gains that are turned first]
+    #[arg(long, value_name = "KEY=RANGE")]
+    vary: Vec<Written>,
+    /// Setting to be beaten, numbers in the order of --vary with commas between: 22,220; several times
+    #[arg(long = "mark", value_name = "N,N")]
+    marks: Vec<String>,
+    /// Strokes at feeds: m@m/min, or rad@rad/s for a turning axis [default: those of the tables [tune] or
+    /// [crosscheck], otherwise four of the axis' own size]
+    #[arg(long = "cell", value_name = "STROKE@FEED", num_args = 1..)]
+    cells: Vec<Cell>,
+    /// Bound on a criterion, with the unit in its name: position_overshoot_percent=0.2; several times
+    #[arg(long = "limit", value_name = "KEY=NUMBER")]
+    limits: Vec<WrittenLimit>,
+    /// What is made small among settings that keep the limits
+    #[arg(long, value_enum, default_value = "settling-time")]
+    minimise: Least,
+    /// Largest Coulomb friction of the re-check, N or N·m [default: that of the table [tune], otherwise 10 % of
+    /// the strokes' peak thrust]
+    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    friction: Option<f64>,
+    /// Standstill after each stroke, in s
+    #[arg(long, value_name = "S", default_value = "0.6", allow_negative_numbers = true, value_parser = standstill)]
+    dwell: f64,
+    /// Machine setting in force, by key path; may be given several times
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    settings: Vec<Setting>,
+    #[command(flatten)]
+    pictures: Pictures,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Least {
+    /// Mean settling time
+    SettlingTime,
+    /// Mean of the largest following errors
+    FollowingError,
+    /// Mean peak thrust
+    PeakThrust,
+}
+
+fn standstill(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "not a number of seconds".to_owned())?;
+    if seconds > 0.0 && seconds <= LONGEST_STANDSTILL_S {
+        return Ok(seconds);
+    }
+    Err(format!("expected more than 0 and at most {LONGEST_STANDSTILL_S} seconds"))
+}
+
+impl Tune {
+    /// Tunes and shows.
+    pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        self.pictures.check_places()?;
+        let machine = Machine::read(&self.machine)?;
+        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
+        let machine = lay_over(&machine, &known, "--set")?;
+        let tuning = self.tuning(&machine)?;
+        let progress = screen.progress(tuning.least_settings() as u64, "replaying settings");
+        let outcome = tuning.run(&machine, |settings| progress.inc(settings as u64));
+        progress.finish_and_clear();
+        let sheet = tuned(&machine, &tuning, &outcome?);
+        let style = style();
+        write!(screen.out, "{}", sheet.text(Style { width: style.width.max(WIDTH), ..style }))?;
+        if self.pictures.are_wanted() {
+            self.pictures.write(&html::sheet(&sheet, &command_line()))?;
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    /// What is asked here, else what the machine file says, else what is usual.
+    fn tuning(&self, machine: &Machine) -> Result<Tuning, Error> {
+        let stated = machine.description().tune.clone().unwrap_or_default();
+        let in_file = |error: Error| error.file(machine.file());
+        let mut limits = Limits::usual(machine);
+        for (key, bound) in &stated.limits {
+            limits.set(machine.motion(), key, *bound).map_err(in_file)?;
+        }
+        for limit in &self.limits {
+            limits.set(machine.motion(), &limit.key, limit.bound)?;
+        }
+        let (knobs, marks) = self.knobs(machine, &stated)?;
+        let mut tuning = Tuning {
+            knobs,
+            cells: self.cells(machine, &stated)?,
+            dwell_s: self.dwell,
+            limits,
+            objective: match self.minimise {
+                Least::SettlingTime => Objective::SettlingTime,
+                Least::FollowingError => Objective::FollowingError,
+                Least::PeakThrust => Objective::PeakThrust,
+            },
+            marks,
+            friction: 0.0,
+        };
+        tuning.friction = match self.friction.or(stated.friction_n) {
+            Some(friction) => friction,
+            None => SHARE_OF_THRUST * tuning.peak_thrust(machine)?,
+        };
+        Ok(tuning)
+    }
+
+    fn cells(&self, machine: &Machine, stated: &TunePlan) -> Result<Vec<Cell>, Error> {
+        if !self.cells.is_empty() {
+            return Ok(self.cells.clone());
+        }
+        if stated.cells.is_empty() {
+            return cells_of(machine);
+        }
+        stated.cells.iter().map(|cell| cell.parse::<Cell>().map_err(|e| e.file(machine.file()))).collect()
+    }
+
+    /// What is turned; marks of the file only where its own numbers are turned.
+    fn knobs(&self, machine: &Machine, stated: &TunePlan) -> Result<(Vec<Knob>, Vec<Vec<f64>>), Error> {
+        let mut marks = self.marks.iter().map(|text| mark(text)).collect::<Result<Vec<_>, _>>()?;
+        if !self.vary.is_empty() {
+            let knob = |w: &Written| Knob::new(machine, &w.key, w.range, w.step);
+            return Ok((self.vary.iter().map(knob).collect::<Result<_, _>>()?, marks));
+        }
+        if stated.vary.is_empty() {
+            return Ok((Knob::usual(machine)?, marks));
+        }
+        marks.extend(stated.marks.iter().filter(|mark| !marks.contains(mark)).cloned().collect::<Vec<_>>());
+        let knobs = stated.vary.iter().map(|v| Knob::new(machine, &v.key, [v.from, v.to], v.step));
+        Ok((knobs.collect::<Result<_, _>>()?, marks))
+    }
+}
+
+fn mark(text: &str) -> Result<Vec<f64>, Error> {
+    let numbers: Result<Vec<f64>, _> = text.split(',').map(|number| number.trim().parse::<f64>()).collect();
+    numbers.ok().filter(|numbers| numbers.iter().all(|x| x.is_finite())).ok_or_else(|| {
+        Error::new(ErrorKind::Syntax)
+            .key("--mark")
+            .found(format!("`{text}`"))
+            .expected("numbers with commas between")
+            .remedy("write them in the order of --vary, as in --mark 22,220")
+    })
+}

@@ -1,0 +1,263 @@
+//! A tuning as a report.
+
+use super::figure::{Figure, Map, Panel};
+use super::number::{plain, value};
+use super::sheet::{Section, Sheet};
+use crate::machine::Machine;
+use crate::tune::{Criterion, Departure, Outcome, Setting, Tuning};
+use crate::units::Motion;
+
+/// Rows of the map's table: the best settings.
+const BEST: usize = 10;
+
+/// A tuning: what is chosen, beside the setting as stated and those that were to be beaten; the map; what gives first.
+pub fn tuned(machine: &Machine, tuning: &Tuning, outcome: &Outcome) -> Sheet {
+    let report = Report { machine, tuning, outcome, motion: machine.motion() };
+    Sheet {
+        subject: machine.description().name.clone(),
+        kind: "tuning",
+        sentence: report.sentence(),
+        note: Some(
+            "simulated: reduced axis in closed loop, perfect sensors; the machine as its file states it"
+                .to_owned(),
+        ),
+        motion: machine.motion(),
+        sections: vec![report.settings(), report.strokes(), report.map(), report.robustness()],
+    }
+}
+
+struct Report<'a> {
+    machine: &'a Machine,
+    tuning: &'a Tuning,
+    outcome: &'a Outcome,
+    motion: Motion,
+}
+
+const HEADS: [&str; 11] = [
+    "",
+    "position overshoot %",
+    "velocity overshoot %",
+    "reverse velocity %",
+    "settling ms",
+    "following error",
+    "peak thrust",
+    "effort V",
+    "gain margin dB",
+    "phase margin °",
+    "modulus margin",
+];
+
+impl Report<'_> {
+    fn name(&self, values: &[f64]) -> String {
+        values.iter().map(|value| plain(*value)).collect::<Vec<_>>().join("/")
+    }
+
+    fn keys(&self) -> String {
+        self.tuning.knobs.iter().map(|knob| knob.key.as_str()).collect::<Vec<_>>().join(", ")
+    }
+
+    fn sentence(&self) -> String {
+        let Outcome { chosen, own, evaluated, .. } = self.outcome;
+        let strokes = self.tuning.cells.len();
+        let kept = if chosen.excess(&self.tuning.limits) == 0.0 {
+            "keeps all limits".to_owned()
+        } else {
+            let worst = self.tuning.limits.worst(&chosen.worst());
+            let worst = if chosen.is_stable { worst.map_or("a limit", Criterion::name) } else { "stability" };
+            format!("comes nearest to the limits and still misses {worst}")
+        };
+        let as_stated = if chosen.values == own.values { "; it is the one stated" } else { "" };
+        let set: Vec<String> = self
+            .tuning
+            .knobs
+            .iter()
+            .zip(&chosen.values)
+            .map(|(knob, value)| format!("{} = {}", knob.key, plain(*value)))
+            .collect();
+        format!(
+            "{} {kept} on all of {strokes} strokes{as_stated}. {evaluated} settings were replayed.",
+            set.join(", ")
+        )
+    }
+
+    /// Worst figures over all strokes.
+    fn settings(&self) -> Section {
+        let Outcome { own, marks, chosen, beats, .. } = self.outcome;
+        let mut rows = vec![self.row(format!("stated {}", self.name(&own.values)), own)];
+        rows.extend(marks.iter().map(|mark| self.row(format!("marked {}", self.name(&mark.values)), mark)));
+        rows.push(self.row(format!("chosen {}", self.name(&chosen.values)), chosen));
+        rows.push(self.limits());
+        let mut section = Section::new("Settings, worst of all strokes").table(&HEADS, rows);
+        section = section.remark(format!("Numbers in the order of {}.", self.keys()));
+        for (mark, beats) in marks.iter().zip(beats) {
+            let says =
+                if *beats { "On every stroke at least as good as" } else { "Not on every stroke as good as" };
+            section = section.words(format!(
+                "{says} {} (within the limits; settling time and following error no larger).",
+                self.name(&mark.values)
+            ));
+        }
+        section
+    }
+
+    fn row(&self, name: String, setting: &Setting) -> Vec<String> {
+        let worst = setting.worst();
+        let stable = if setting.is_stable { "" } else { " UNSTABLE" };
+        let cells = Criterion::ALL.iter().zip(worst).map(|(criterion, x)| {
+            let text = self.cell(*criterion, x);
+            // What exceeds its limit is marked.
+            if self.tuning.limits.excess(*criterion, x) > 0.0 { format!("{text} !") } else { text }
+        });
+        [name + stable].into_iter().chain(cells).collect()
+    }
+
+    fn limits(&self) -> Vec<String> {
+        let cell = |criterion: Criterion| {
+            let sign = if criterion.is_margin() { "≥" } else { "≤" };
+            let bound = self.tuning.limits.bound(criterion);
+            bound.map_or(String::new(), |bound| format!("{sign} {}", self.cell(criterion, bound)))
+        };
+        ["limit (! exceeded)".to_owned()].into_iter().chain(Criterion::ALL.map(cell)).collect()
+    }
+
+    fn cell(&self, criterion: Criterion, x: f64) -> String {
+        let (length, force) = match self.motion {
+            Motion::Prismatic => ("m", "N"),
+            Motion::Revolute => ("rad", "N·m"),
+        };
+        match criterion {
+            _ if x.is_nan() => "–".to_owned(),
+            Criterion::SettlingTime if x.is_infinite() => "never".to_owned(),
+            _ if x.is_infinite() => "∞".to_owned(),
+            Criterion::PositionOvershoot | Criterion::VelocityOvershoot | Criterion::ReverseVelocity => {
+                format!("{:.2}", 100.0 * x)
+            }
+            Criterion::SettlingTime => format!("{:.0}", 1e3 * x),
+            Criterion::FollowingError => value(x, length),
+            Criterion::PeakThrust => value(x, force),
+            Criterion::PeakEffort | Criterion::ModulusMargin => format!("{x:.2}"),
+            Criterion::GainMargin | Criterion::PhaseMargin => format!("{x:.1}"),
+        }
+    }
+
+    /// Stroke by stroke: as stated, marked, chosen.
+    fn strokes(&self) -> Section {
+        let Outcome { own, marks, chosen, .. } = self.outcome;
+        let settings = || [own].into_iter().chain(marks).chain([chosen]);
+        let mut heads = vec!["stroke".to_owned()];
+        heads.extend(settings().map(|setting| self.name(&setting.values)));
+        let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+        let of = |criterion: Criterion| {
+            let rows = self.tuning.cells.iter().enumerate().map(|(k, cell)| {
+                let cells = settings().map(|s| self.cell(criterion, s.strokes[k][criterion as usize]));
+                [cell.to_string()].into_iter().chain(cells).collect()
+            });
+            rows.collect::<Vec<Vec<String>>>()
+        };
+        Section::new("Stroke by stroke")
+            .words("Position overshoot, % of the stroke:")
+            .table(&heads, of(Criterion::PositionOvershoot))
+            .words("Settling time into 2 % of the stroke, ms:")
+            .table(&heads, of(Criterion::SettlingTime))
+    }
+
+    /// The map as a figure, for two knobs, and the best of its settings.
+    fn map(&self) -> Section {
+        let limits = &self.tuning.limits;
+        let objective = self.tuning.objective.criterion();
+        let map = &self.outcome.map;
+        let inside = map.settings.iter().filter(|setting| setting.excess(limits) == 0.0);
+        let mut best: Vec<&Setting> = inside.collect();
+        best.sort_by(|a, b| a.mean(objective).total_cmp(&b.mean(objective)));
+        let counts: Vec<String> = map.values.iter().map(|values| values.len().to_string()).collect();
+        let mut section = Section::new("Map").words(format!(
+            "{} settings; {} keep all limits. The best of the map by mean {}:",
+            counts.join(" × "),
+            best.len(),
+            objective.name()
+        ));
+        let mut heads = HEADS;
+        heads[0] = "setting";
+        let rows =
+            best.iter().take(BEST).map(|setting| self.row(self.name(&setting.values), setting)).collect();
+        section = section.table(&heads, rows);
+        match &map.values[..] {
+            [rows, columns] => section.figure(self.figure(rows, columns)),
+            _ => section,
+        }
+    }
+
+    fn figure(&self, rows: &[f64], columns: &[f64]) -> Figure {
+        let Outcome { own, marks, chosen, map, .. } = self.outcome;
+        let objective = self.tuning.objective.criterion();
+        let (scale, per_si) = match objective {
+            Criterion::SettlingTime => ("mean settling time in ms", 1e3),
+            Criterion::FollowingError => ("mean following error in µm (µrad)", 1e6),
+            _ => ("mean peak thrust in N (N·m)", 1.0),
+        };
+        let place = |setting: &Setting| [setting.values[1], setting.values[0]];
+        let mut named = vec![(place(own), format!("stated {}", self.name(&own.values)))];
+        named.extend(marks.iter().map(|mark| (place(mark), self.name(&mark.values))));
+        named.push((place(chosen), format!("chosen {}", self.name(&chosen.values))));
+        named.dedup_by(|a, b| a.0 == b.0);
+        let panel = Panel::Map(Map {
+            title: format!("{} over {} strokes", objective.name(), self.tuning.cells.len()),
+            x: (self.tuning.knobs[1].key.clone(), columns.to_vec()),
+            y: (self.tuning.knobs[0].key.clone(), rows.to_vec()),
+            values: map.settings.iter().map(|setting| per_si * setting.mean(objective)).collect(),
+            is_inside: map
+                .settings
+                .iter()
+                .map(|setting| setting.excess(&self.tuning.limits) == 0.0)
+                .collect(),
+            scale: scale.to_owned(),
+            marks: named,
+        });
+        let caption = format!(
+            "Settings of {} on {} strokes: shaded where all limits are kept, the darker the larger; grey where not.",
+            self.machine.description().name,
+            self.tuning.cells.len()
+        );
+        Figure::new("tuning", caption, vec![panel])
+    }
+
+    /// The re-check and what gives first.
+    fn robustness(&self) -> Section {
+        let Outcome { chosen, robustness, .. } = self.outcome;
+        let rows =
+            robustness.rows.iter().map(|(departure, setting)| self.row(self.departure(*departure), setting));
+        let mut section =
+            Section::new(format!("The chosen setting {} on other machines", self.name(&chosen.values)))
+                .table(&HEADS, rows.collect());
+        let kinds: [(&str, fn(Departure) -> bool); 3] = [
+            ("mass", |d| matches!(d, Departure::Mass(_))),
+            ("friction", |d| matches!(d, Departure::Friction(_))),
+            ("base frequencies", |d| matches!(d, Departure::BaseFrequencies(_))),
+        ];
+        for (name, kind) in kinds {
+            if !robustness.rows.iter().any(|(departure, _)| kind(*departure)) {
+                continue;
+            }
+            section = section.words(match robustness.gives_first(&self.tuning.limits, kind) {
+                Some((departure, criterion)) => {
+                    format!("{name}: {} gives first, at {}.", criterion.name(), self.departure(departure))
+                }
+                None => format!("{name}: all limits are kept."),
+            });
+        }
+        section
+    }
+
+    fn departure(&self, departure: Departure) -> String {
+        let percent = |share: f64| format!("{:+.0} %", 100.0 * share);
+        let (mass, force) = match self.motion {
+            Motion::Prismatic => ("mass", "N"),
+            Motion::Revolute => ("inertia", "N·m"),
+        };
+        match departure {
+            Departure::Mass(share) => format!("{mass} {}", percent(share)),
+            Departure::Friction(level) => format!("friction {}", value(level, force)),
+            Departure::BaseFrequencies(share) => format!("base {}", percent(share)),
+        }
+    }
+}

@@ -1,0 +1,202 @@
+//! What is asked of a setting, in the field's terms.
+
+use crate::error::{Error, ErrorKind, Result};
+use crate::machine::Machine;
+use crate::units::Motion;
+use std::collections::BTreeMap;
+use std::str::FromStr;
+
+/// Gain margin, phase margin and modulus margin that a loop is usually given: 6 dB, 30°, 0.5.
+///
+/// # Source
+/// Åström, Murray (2008), *Feedback Systems*, section 9.3.
+const USUAL_MARGINS: [f64; 3] = [6.0, 30.0, 0.5];
+/// Overshoot, velocity overshoot and reverse velocity that count as none: 0.1 %, 1 % and 0.5 %.
+const USUAL_SHARES: [f64; 3] = [0.001, 0.01, 0.005];
+
+/// A figure of merit; the first seven of a stroke, the last three of the loop.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Criterion {
+    /// Position beyond the end of the stroke, as a share of the stroke.
+    PositionOvershoot,
+    /// Velocity beyond the feed, as a share of the feed.
+    VelocityOvershoot,
+    /// Velocity against the stroke's direction, as a share of the feed.
+    ReverseVelocity,
+    /// Time from the end of the reference's motion until position stays within 2 % of the stroke, s.
+    SettlingTime,
+    /// Largest distance between reference and position, m or rad.
+    FollowingError,
+    /// Largest thrust, N or N·m.
+    PeakThrust,
+    /// Largest effort, V.
+    PeakEffort,
+    /// Upward gain margin, dB.
+    GainMargin,
+    /// Phase margin, degrees.
+    PhaseMargin,
+    /// Least distance of the open loop's response from −1.
+    ModulusMargin,
+}
+
+/// Criteria of a stroke.
+pub(super) const OF_STROKE: usize = 7;
+
+/// A value of every criterion, in the order of [`Criterion::ALL`].
+pub type Values = [f64; 10];
+
+impl Criterion {
+    /// Every criterion.
+    pub const ALL: [Self; 10] = [
+        Self::PositionOvershoot,
+        Self::VelocityOvershoot,
+        Self::ReverseVelocity,
+        Self::SettlingTime,
+        Self::FollowingError,
+        Self::PeakThrust,
+        Self::PeakEffort,
+        Self::GainMargin,
+        Self::PhaseMargin,
+        Self::ModulusMargin,
+    ];
+
+    /// Its word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::PositionOvershoot => "position overshoot",
+            Self::VelocityOvershoot => "velocity overshoot",
+            Self::ReverseVelocity => "reverse velocity",
+            Self::SettlingTime => "settling time",
+            Self::FollowingError => "following error",
+            Self::PeakThrust => "peak thrust",
+            Self::PeakEffort => "peak effort",
+            Self::GainMargin => "gain margin",
+            Self::PhaseMargin => "phase margin",
+            Self::ModulusMargin => "modulus margin",
+        }
+    }
+
+    /// Its key in `[tune.limits]` and after `--limit`, with the unit.
+    pub fn key(self, motion: Motion) -> &'static str {
+        match (self, motion) {
+            (Self::PositionOvershoot, _) => "position_overshoot_percent",
+            (Self::VelocityOvershoot, _) => "velocity_overshoot_percent",
+            (Self::ReverseVelocity, _) => "reverse_velocity_percent",
+            (Self::SettlingTime, _) => "settling_time_s",
+            (Self::FollowingError, Motion::Prismatic) => "following_error_m",
+            (Self::FollowingError, Motion::Revolute) => "following_error_rad",
+            (Self::PeakThrust, Motion::Prismatic) => "peak_thrust_n",
+            (Self::PeakThrust, Motion::Revolute) => "peak_torque_nm",
+            (Self::PeakEffort, _) => "peak_effort_v",
+            (Self::GainMargin, _) => "gain_margin_db",
+            (Self::PhaseMargin, _) => "phase_margin_deg",
+            (Self::ModulusMargin, _) => "modulus_margin",
+        }
+    }
+
+    /// What one unit of its key is in the unit of its value.
+    fn per_key(self) -> f64 {
+        match self {
+            Self::PositionOvershoot | Self::VelocityOvershoot | Self::ReverseVelocity => 0.01,
+            _ => 1.0,
+        }
+    }
+
+    /// Whether more of it is better.
+    pub fn is_margin(self) -> bool {
+        self as usize >= OF_STROKE
+    }
+}
+
+/// Bounds on criteria: upper ones, of margins lower ones.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Limits {
+    bounds: BTreeMap<Criterion, f64>,
+}
+
+impl Limits {
+    /// What is usually asked: no overshoot to speak of, the margins of a sound loop, an effort within the amplifier's limit.
+    pub fn usual(machine: &Machine) -> Self {
+        let shares = Criterion::ALL[..3].iter().copied().zip(USUAL_SHARES);
+        let margins = Criterion::ALL[OF_STROKE..].iter().copied().zip(USUAL_MARGINS);
+        let mut bounds: BTreeMap<Criterion, f64> = shares.chain(margins).collect();
+        if let Some(limit_v) = machine.constants().amplifier.voltage_limit_v {
+            bounds.insert(Criterion::PeakEffort, limit_v);
+        }
+        Self { bounds }
+    }
+
+    /// Sets the bound of the criterion with this key, in the key's unit.
+    ///
+    /// # Errors
+    /// A key that is none of this kind of axis, or a bound that is not finite and zero or more.
+    pub fn set(&mut self, motion: Motion, key: &str, bound: f64) -> Result<()> {
+        let keys = || Criterion::ALL.map(|criterion| criterion.key(motion)).join(", ");
+        let Some(criterion) = Criterion::ALL.into_iter().find(|criterion| criterion.key(motion) == key)
+        else {
+            return Err(Error::new(ErrorKind::UnknownKey)
+                .key(format!("limit {key}"))
+                .found("a name that is no criterion")
+                .expected(format!("one of {}", keys()))
+                .remedy("the unit stands in the name: position_overshoot_percent=0.5"));
+        };
+        if !(bound.is_finite() && bound >= 0.0) {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .key(format!("limit {key}"))
+                .found(bound.to_string())
+                .expected("a finite number of zero or more")
+                .remedy("write for instance position_overshoot_percent=0.5"));
+        }
+        self.bounds.insert(criterion, criterion.per_key() * bound);
+        Ok(())
+    }
+
+    /// The bound of a criterion, where there is one.
+    pub fn bound(&self, criterion: Criterion) -> Option<f64> {
+        self.bounds.get(&criterion).copied()
+    }
+
+    /// Criteria with their bounds.
+    pub fn iter(&self) -> impl Iterator<Item = (Criterion, f64)> + '_ {
+        self.bounds.iter().map(|(criterion, bound)| (*criterion, *bound))
+    }
+
+    /// By how much a value exceeds its bound, relative to it; 0 inside, more than any number where there is no value.
+    pub fn excess(&self, criterion: Criterion, value: f64) -> f64 {
+        let Some(bound) = self.bound(criterion) else { return 0.0 };
+        if value.is_nan() {
+            return f64::MAX;
+        }
+        let over = if criterion.is_margin() { bound - value } else { value - bound };
+        if over <= 0.0 { 0.0 } else { (over / bound.max(1e-9)).min(f64::MAX) }
+    }
+
+    /// The criterion that exceeds its bound most; none where all keep theirs.
+    pub fn worst(&self, values: &Values) -> Option<Criterion> {
+        let excess = |criterion: Criterion| self.excess(criterion, values[criterion as usize]);
+        let exceeded = Criterion::ALL.into_iter().filter(|criterion| excess(*criterion) > 0.0);
+        exceeded.max_by(|a, b| excess(*a).total_cmp(&excess(*b)))
+    }
+}
+
+/// `KEY=VALUE`.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WrittenLimit {
+    /// Key of a criterion.
+    pub key: String,
+    /// Bound in the key's unit.
+    pub bound: f64,
+}
+
+impl FromStr for WrittenLimit {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        let parsed = text.split_once('=').and_then(|(key, bound)| {
+            Some(Self { key: key.trim().to_owned(), bound: bound.trim().parse().ok()? })
+        });
+        parsed.ok_or_else(|| {
+            format!("`{text}` is not KEY=NUMBER; write for instance position_overshoot_percent=0.5")
+        })
+    }
+}
