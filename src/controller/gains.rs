@@ -1,6 +1,7 @@
 //! A control law as its gains.
 
 use super::{Input, Memory};
+use nalgebra::Complex;
 
 /// The gains in which every law of this module is linear.
 ///
@@ -34,5 +35,22 @@ impl Gains {
             - input.velocity;
         memory.integral_v += self.integral * error;
         memory.integral_v + self.error * error - self.velocity * input.velocity
+    }
+
+    /// What feeds back, effort over reading with the sign turned, for a velocity estimate of `velocity` per reading.
+    ///
+    /// # Model
+    /// `K = C·(position + V) + velocity·V` with `C = integral·S + error` and `S = 1/(1 − z⁻¹)` given as `sum`: the loop broken
+    /// at the effort is `L = G·K`, and `u = −K·x` follows from a reading x alone.
+    pub fn feedback(&self, sum: Complex<f64>, velocity: Complex<f64>) -> Complex<f64> {
+        (sum * self.integral + self.error) * (velocity + self.position) + velocity * self.velocity
+    }
+
+    /// Effort over position reference, where the velocity reference is `rate` per position reference.
+    ///
+    /// # Model
+    /// `C·(position + feedforward·V_r)`, C as in [`feedback`](Self::feedback).
+    pub fn forward(&self, sum: Complex<f64>, rate: Complex<f64>) -> Complex<f64> {
+        (sum * self.integral + self.error) * (rate * self.feedforward + self.position)
     }
 }

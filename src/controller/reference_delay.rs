@@ -1,5 +1,9 @@
 //! The delay between a reference and the controller that acts on it.
 
+use std::f64::consts::TAU;
+
+use nalgebra::Complex;
+
 /// A delay line for references, whole and fractional samples.
 ///
 /// # Model
@@ -47,6 +51,13 @@ impl ReferenceDelay {
     /// The position reference of `delay_s` before, of a motion that has been going on at `velocity`.
     pub fn extrapolated(&self, position: f64, velocity: f64) -> f64 {
         position - self.delay_s * velocity
+    }
+
+    /// Reference that comes out over the one that goes in: `((1 − φ) + φ·z⁻¹)·z⁻ⁿ`, `z = e^{iωT}`.
+    pub fn response(&self, frequency_hz: f64) -> Complex<f64> {
+        let angle = -TAU * frequency_hz * self.period_s;
+        let shared = Complex::from_polar(self.fraction, angle) + (1.0 - self.fraction);
+        shared * Complex::from_polar(1.0, angle * self.whole as f64)
     }
 
     /// Takes the position and velocity reference of a sample and gives those that the controller acts on.

@@ -1,5 +1,8 @@
 //! Velocity from encoder readings.
 
+use std::f64::consts::PI;
+
+use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
 /// How velocity is estimated from the readings `x[k]`, `x[k−1]`, ….
@@ -104,6 +107,26 @@ impl VelocityEstimate {
                 *time_constant_s = value;
             }
         }
+    }
+
+    /// Estimate over reading at `frequency_hz`, in 1/s.
+    ///
+    /// # Model
+    /// `V(z) = a·W(z)/(1 − (1 − a)·z⁻¹)`, `a = T/(T + τ)`, `z = e^{iωT}`, with `W(z) = (1 − z⁻¹)/T` or `Σ_j taps[j]·z⁻ʲ/T`.
+    pub fn response(&self, frequency_hz: f64, period_s: f64) -> Complex<f64> {
+        let half = PI * frequency_hz * period_s;
+        let back = Complex::from_polar(1.0, -2.0 * half);
+        let slope = match self {
+            // 1 − z⁻¹ without taking two numbers near 1 apart.
+            Self::SmoothedDifference { .. } => {
+                Complex::new(0.0, 2.0 * half.sin()) * Complex::from_polar(1.0, -half)
+            }
+            Self::Taps { taps, .. } => {
+                taps.iter().rev().fold(Complex::default(), |sum, tap| sum * back + *tap)
+            }
+        };
+        let share = period_s / (period_s + self.time_constant_s());
+        slope * (share / period_s) / (Complex::from(1.0) - back * (1.0 - share))
     }
 
     /// The estimate after the reading `x`; `period_s` is the sample period.

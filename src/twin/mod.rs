@@ -6,14 +6,17 @@
 //!
 //! - [`Twin`]: the signal path and one plant.
 //! - [`Batch`]: several parameter sets of one machine in one pass.
+//! - [`LinearLoop`]: what of it is linear, as a frequency response.
 
 mod batch;
 mod front;
 mod laws;
+mod linear;
 mod path;
 
 pub use batch::{Batch, Driven};
 pub use laws::load_positions;
+pub use linear::{LinearLoop, LinearPlant};
 
 use crate::controller::Input;
 use crate::machine::Machine;

@@ -3,10 +3,12 @@
 mod dynamics;
 mod kernel;
 mod lanes;
+mod response;
 mod slide;
 
 pub use kernel::{LANES, Lane};
 pub use lanes::{Friction, Lanes};
+pub use response::SampledResponse;
 
 use super::{Drive, Plant, Resonance};
 use crate::effect::Constants;
