@@ -35,21 +35,25 @@ struct Report<'a> {
 
 const HEADS: [&str; 11] = [
     "",
-    "position overshoot %",
-    "velocity overshoot %",
-    "reverse velocity %",
-    "settling ms",
-    "following error",
-    "peak thrust",
+    "overshoot",
+    "over feed",
+    "reverse",
+    "settling",
+    "following",
+    "thrust",
     "effort V",
-    "gain margin dB",
-    "phase margin °",
-    "modulus margin",
+    "gain dB",
+    "phase °",
+    "modulus",
 ];
+/// What the heads stand for.
+const COUNTED: &str = "overshoot: of position, % of the stroke; over feed: of velocity, % of the feed; reverse: velocity against \
+    the stroke, % of the feed; settling: into 2 % of the stroke after the reference has stopped, ms; following: largest following \
+    error; thrust, effort: largest; gain, phase, modulus: margins of the linear loop.";
 
 impl Report<'_> {
     fn name(&self, values: &[f64]) -> String {
-        values.iter().map(|value| plain(*value)).collect::<Vec<_>>().join("/")
+        values.iter().map(|value| number(*value)).collect::<Vec<_>>().join("/")
     }
 
     fn keys(&self) -> String {
@@ -72,7 +76,7 @@ impl Report<'_> {
             .knobs
             .iter()
             .zip(&chosen.values)
-            .map(|(knob, value)| format!("{} = {}", knob.key, plain(*value)))
+            .map(|(knob, value)| format!("{} = {}", knob.key, number(*value)))
             .collect();
         format!(
             "{} {kept} on all of {strokes} strokes{as_stated}. {evaluated} settings were replayed.",
@@ -88,7 +92,7 @@ impl Report<'_> {
         rows.push(self.row(format!("chosen {}", self.name(&chosen.values)), chosen));
         rows.push(self.limits());
         let mut section = Section::new("Settings, worst of all strokes").table(&HEADS, rows);
-        section = section.remark(format!("Numbers in the order of {}.", self.keys()));
+        section = section.remark(format!("Settings in the order of {}. {COUNTED}", self.keys()));
         for (mark, beats) in marks.iter().zip(beats) {
             let says =
                 if *beats { "On every stroke at least as good as" } else { "Not on every stroke as good as" };
@@ -117,7 +121,7 @@ impl Report<'_> {
             let bound = self.tuning.limits.bound(criterion);
             bound.map_or(String::new(), |bound| format!("{sign} {}", self.cell(criterion, bound)))
         };
-        ["limit (! exceeded)".to_owned()].into_iter().chain(Criterion::ALL.map(cell)).collect()
+        ["limit (! if not)".to_owned()].into_iter().chain(Criterion::ALL.map(cell)).collect()
     }
 
     fn cell(&self, criterion: Criterion, x: f64) -> String {
@@ -260,4 +264,9 @@ impl Report<'_> {
             Departure::BaseFrequencies(share) => format!("base {}", percent(share)),
         }
     }
+}
+
+/// A register as such, a real number to three digits.
+fn number(value: f64) -> String {
+    if value.fract() == 0.0 { format!("{value:.0}") } else { plain(value) }
 }
