@@ -489,6 +489,40 @@ fn exact_intervals_of_inertia_and_drag_cover_as_stated() {
     assert!(covered.iter().all(|share| COVERAGE.contains(share)), "{covered:?}");
 }
 
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// z to s and back: mass and drag give a pole and a gain at any period and in any unit, and are read off them again.
+    #[test]
+    fn exact_lag_in_z_is_the_lag_in_s(
+        mass in 0.01..500.0f64,
+        decay in 0.5..200.0f64,
+        period_s in 1e-4..5e-3f64,
+        units in prop::sample::select(vec![1.0, 1000.0]),
+    ) {
+        let drag = decay * mass;
+        let pole = (-decay * period_s).exp();
+        let lag = TransferFunction::new(vec![0.0, units * (1.0 - pole) / drag], vec![1.0, -pole], period_s).unwrap();
+        let force = noise(29, 400, 10.0);
+        let model = identified(arx(&force, &lag.simulate(&force), period_s, LAG).unwrap());
+        let read = FirstOrder::of(&model, units).unwrap();
+        prop_assert!((read.inertia.value / mass - 1.0).abs() < 1e-6, "{read:?}");
+        prop_assert!((read.viscous_coefficient.value / drag - 1.0).abs() < 1e-6, "{read:?}");
+        prop_assert!((read.decay_rate_per_s.value / decay - 1.0).abs() < 1e-6, "{read:?}");
+    }
+
+    /// The winding's pole in z is that of R/L in s.
+    #[test]
+    fn exact_winding_in_z_is_the_winding_in_s(r in 0.05..50.0f64, l in 1e-4..0.1f64, period_s in 1e-5..1e-3f64) {
+        let pole = printed::zero_order_hold_pole(r, l, period_s).unwrap();
+        prop_assert!((-pole.ln() / period_s * l / r - 1.0).abs() < 1e-9);
+        // Backward Euler is its first order: nearer the shorter the period.
+        let euler = printed::motor(Variant::Corrected, r, l, 1.0, period_s).unwrap().poles()[0].re;
+        let x = r * period_s / l;
+        prop_assert!(euler >= pole && euler - pole <= 0.5 * x * x, "{euler} {pole}");
+    }
+}
+
 #[test]
 fn exact_model_that_is_no_lag_is_refused() {
     let force = noise(23, 400, 1.0);

@@ -75,3 +75,36 @@ impl Scale {
         IntegerGain::saturating(counts.round() as i64)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        /// Registers survive the way to SI and back; what does not fit stays at full scale with its sign.
+        #[test]
+        fn exact_registers_and_si_gains_are_one(
+            value in any::<i64>(),
+            per_count in 1e-6..1e3f64,
+            units in 1e-3..1e4f64,
+            beyond in 1.0..1e6f64,
+        ) {
+            let scale = Scale { gain_per_count: per_count, velocity_units_per_si: units };
+            let register = IntegerGain::saturating(value);
+            prop_assert_eq!(i64::from(register), value.clamp(-32_768, 32_767));
+            prop_assert_eq!(scale.nearest(scale.si(register)), register);
+            prop_assert_eq!(scale.nearest(beyond * scale.si(IntegerGain::MAX)), IntegerGain::MAX);
+            prop_assert_eq!(scale.nearest(-(1.0 + beyond) * scale.si(IntegerGain::MAX)), IntegerGain::MIN);
+        }
+
+        /// The nearest register is at most half a count off.
+        #[test]
+        fn exact_nearest_register_is_nearest(counts in -32_000.0..32_000.0f64, per_count in 1e-6..1e3f64) {
+            let scale = Scale { gain_per_count: per_count, velocity_units_per_si: 1000.0 };
+            let gain = counts * per_count * 1000.0;
+            let off = (scale.si(scale.nearest(gain)) - gain).abs() / (per_count * 1000.0);
+            prop_assert!(off <= 0.5 + 1e-9, "{off} counts");
+        }
+    }
+}

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::identify::margins::Margins;
 use crate::machine::Machine;
 use crate::plant::axis::{Axis, LANES};
+use crate::replay::crosscheck::ramp_s;
 use crate::replay::{Cell, Figures, Motion, Traces, check_travel, follow, run, run_together};
 use crate::twin::{Command, Driven, LinearLoop, LinearPlant, Sensing, Twin};
 use rayon::prelude::*;
@@ -112,12 +113,9 @@ impl<'a> Bench<'a> {
     pub fn new(machine: &'a Machine, knobs: &'a [Knob], cells: &[Cell], dwell_s: f64) -> Result<Self> {
         let period_s = machine.description().sample_period_s;
         let planned = |cell: &Cell| {
-            let motion = Motion {
-                strokes: vec![cell.stroke(machine.motion())?],
-                lead_s: 0.0,
-                dwell_s,
-                ramp_s: machine.description().reference.acceleration_time_s,
-            };
+            let stroke = cell.stroke(machine.motion())?;
+            let ramp_s = ramp_s(machine, &stroke);
+            let motion = Motion { strokes: vec![stroke], lead_s: 0.0, dwell_s, ramp_s };
             let reference = motion.reference(period_s);
             check_travel(machine, &reference)?;
             // A first sample at rest: the reference starts from zero.

@@ -11,7 +11,7 @@ mod strokes;
 pub use bounds::Bound;
 pub use differences::{Difference, Pair, Quantity, Replayed, short_name};
 pub use statics::Static;
-pub use strokes::{Planned, cells_of};
+pub use strokes::{Planned, cells_of, ramp_s};
 
 use super::{Cell, PlantChoice};
 use crate::error::Result;

@@ -10,6 +10,8 @@ const SHADES: usize = 12;
 const LEFT: f64 = 64.0;
 const RIGHT: f64 = 14.0;
 const FONT: f64 = 11.5;
+/// Height of a line of words.
+const LINE: f64 = 14.0;
 /// Height over width of the drawn area.
 const ASPECT: f64 = 0.5;
 /// Height of the scale below.
@@ -118,12 +120,25 @@ impl Map {
         let outside = |[x, y]: [f64; 2]| {
             !((0.0..=1.0).contains(&field.x.place(x)) && (0.0..=1.0).contains(&field.y.place(y)))
         };
+        let mut taken: Vec<[f64; 3]> = Vec::new();
         for (place, word) in self.marks.iter().filter(|(place, _)| !outside(*place)) {
             let [x, y] = field.place(*place);
             draw.path(&format!("M{:.1} {y:.1}h10M{x:.1} {:.1}v10", x - 5.0, y - 5.0), "l key before");
-            let is_right = x + 10.0 + text_width(word, FONT) < field.right;
+            let wide = text_width(word, FONT);
+            let is_right = x + 10.0 + wide < field.right;
             let (x, anchor) = if is_right { (x + 9.0, "start") } else { (x - 9.0, "end") };
-            draw.text([x, y - 7.0], FONT, "strong halo", anchor, word);
+            let from = if is_right { x } else { x - wide };
+            // Beside the cross, where another name does not stand there already.
+            let free = |y: f64| {
+                let is_over = |[a, b, at]: &[f64; 3]| *a < from + wide && from < *b && (at - y).abs() < LINE;
+                !taken.iter().any(is_over)
+            };
+            let y = [y - 7.0, y + LINE, y - 7.0 - LINE, y + 2.0 * LINE]
+                .into_iter()
+                .find(|y| free(*y))
+                .unwrap_or(y);
+            taken.push([from, from + wide, y]);
+            draw.text([x, y], FONT, "strong halo", anchor, word);
         }
     }
 
