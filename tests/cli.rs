@@ -359,3 +359,46 @@ fn exact_broken_pipe_is_no_error() {
     let output = child.wait_with_output().unwrap();
     assert_eq!((output.status.code(), text(&output.stderr)), (Some(0), String::new()));
 }
+
+#[test]
+fn exact_gains_of_the_shipped_recording_are_those_stated() {
+    let recording = Path::new(env!("CARGO_MANIFEST_DIR")).join("assets/hidden_coulomb").display().to_string();
+    let told = succeeded(&["identify", "gains", &recording, "--position-loop"]);
+    for row in ["integral_gain_per_count", "0.069420", "2.3590e-4", "6.5000", "0.70000"] {
+        assert!(told.contains(row), "{row} is not in {told}");
+    }
+    refused(&["identify", "gains", &recording, "--run", "nix"], &["--run", "stroke020_feed08"]);
+    refused(&["identify", "gains", &recording, "--table", "x.toml"], &["--table"]);
+    refused(&["identify", "gains"], &["RECORDING"]);
+    let machine = grinder().join("machine.toml").display().to_string();
+    refused(&["identify", "gains", "--table", &machine], &["machine.toml", "name"]);
+    refused(&["identify", "gains", "--table", "/nowhere/table.toml"], &["/nowhere/table.toml"]);
+}
+
+#[test]
+fn exact_tuning_says_what_it_chose_and_refuses_wrong_questions() {
+    let machine = grinder().display().to_string();
+    let place = TempDir::new().unwrap();
+    let page = place.path().join("tune.html").display().to_string();
+    let few = [
+        "tune",
+        &machine,
+        "--vary",
+        "controller.integral=18..24:2",
+        "--vary",
+        "controller.proportional=200..260:20",
+    ];
+    let told = succeeded(&[&few[..], &["--mark", "22,220", "--cell", "0.02@8", "--html", &page]].concat());
+    assert!(told.contains("marked 22/220") && told.contains("chosen"), "{told}");
+    assert!(fs::read_to_string(&page).unwrap().contains("<svg"));
+    let wrong = |more: &[&str], words: &[&str]| refused(&[&["tune", &machine], more].concat(), words);
+    wrong(&["--vary", "controller.integral=24..18"], &["controller.integral", "24..18"]);
+    wrong(&["--vary", "motor.resistance_ohm=1..2"], &["motor.resistance_ohm", "[controller]"]);
+    wrong(&["--vary", "controller.integral"], &["KEY=FROM..TO"]);
+    wrong(&["--mark", "22"], &["--mark", "expected 2"]);
+    wrong(&["--limit", "overshoot=1"], &["position_overshoot_percent"]);
+    wrong(&["--cell", "5@8"], &["0.35"]);
+    wrong(&["--friction", "-3"], &["friction"]);
+    wrong(&["--dwell", "0"], &["--dwell"]);
+    refused(&["tune", "/nowhere"], &["/nowhere"]);
+}
