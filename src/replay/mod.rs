@@ -5,6 +5,7 @@ pub mod crosscheck;
 pub mod excitation;
 pub mod feedforward;
 mod figures;
+pub mod multisine;
 pub mod recorded;
 pub mod recording;
 mod simulation;
