@@ -6,11 +6,22 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 use std::path::{Path, PathBuf};
 
 use nalgebra::Complex;
+use rand::SeedableRng;
+use rand::rngs::StdRng;
+use rand_distr::{Distribution, StandardNormal};
 use slideway::controller::Gains;
 use slideway::error::ErrorKind;
+use slideway::guide::StepForce;
+use slideway::identify::frequency_response::{Point, Signals, periodic, spectral, welch};
 use slideway::identify::margins::Margins;
+use slideway::identify::modes::{Hold, modes};
+use slideway::identify::transfer::TransferFunction;
 use slideway::machine::Machine;
-use slideway::plant::axis::Axis;
+use slideway::plant::axis::{Axis, SampledResponse};
+use slideway::plant::rapier::Rig;
+use slideway::plant::{Drive, Plant};
+use slideway::replay::PlantChoice;
+use slideway::replay::multisine::{Injection, Limits, Multisine, Peaks, Request, Wave};
 use slideway::replay::{follow, run};
 use slideway::twin::{Command, LinearLoop, Sensing, Twin};
 
@@ -240,6 +251,290 @@ fn exact_a_machine_without_a_controller_has_a_plant_but_no_loop() {
     constants.controller = None;
     let plant = slideway::twin::LinearPlant::of_constants(&constants, 0.0);
     assert!(plant.plant(10.0).norm() > 0.0);
+}
+
+// --- estimators ---
+
+fn noise(seed: u64, count: usize, sd: f64) -> Vec<f64> {
+    let mut random = StdRng::seed_from_u64(seed);
+    (0..count).map(|_| sd * Distribution::<f64>::sample(&StandardNormal, &mut random)).collect()
+}
+
+/// Share of the points whose 95 % band of the magnitude, and of the phase, holds the truth.
+fn covered(points: &[Point], truth: impl Fn(f64) -> Complex<f64>) -> [f64; 2] {
+    let mut hits = [0.0; 2];
+    for point in points {
+        let truth = truth(point.frequency_hz);
+        let [low, high] = point.magnitude_ci95();
+        hits[0] += f64::from(u8::from((low..=high).contains(&truth.norm())));
+        let off = (truth / point.response()).arg().to_degrees().abs();
+        hits[1] += f64::from(u8::from(off <= point.phase_half_width_deg()));
+    }
+    hits.map(|hits| hits / points.len() as f64)
+}
+
+/// Bounds on the coverage of a 95 % band, counted over a thousand points.
+const COVERAGE: std::ops::Range<f64> = 0.92..0.98;
+
+fn plant() -> TransferFunction {
+    TransferFunction::new(vec![0.0, 0.1, 0.06], vec![1.0, -1.2, 0.5], 1e-3).unwrap()
+}
+
+#[test]
+fn exact_bands_cover_as_stated() {
+    let mut points = Vec::new();
+    for seed in 0..8 {
+        let input = noise(3 * seed, 16_384, 1.0);
+        let clean = plant().simulate(&input);
+        let output: Vec<f64> =
+            clean.iter().zip(noise(3 * seed + 1, 16_384, 0.3)).map(|(y, n)| y + n).collect();
+        points.extend(
+            welch(&input, &output, 1e-3, 256).unwrap().into_iter().filter(|p| p.frequency_hz < 499.0),
+        );
+    }
+    let hits = covered(&points, |f| plant().response(f));
+    assert!(hits.iter().all(|share| COVERAGE.contains(share)), "{hits:?}");
+}
+
+/// A loop around the plant: u = r − 0.8·y with noise on y; reference, input, output.
+fn noisy_loop(reference: &[f64], seed: u64, sd: f64) -> [Vec<f64>; 2] {
+    let disturbance = noise(seed, reference.len(), sd);
+    let (system, mut input, mut clean, mut output) = (plant(), vec![], vec![], vec![]);
+    let (b, a) = (system.numerator().to_vec(), system.denominator().to_vec());
+    for k in 0..reference.len() {
+        let past = |list: &[f64], back: usize| if k >= back { list[k - back] } else { 0.0 };
+        let y = (1..3).map(|j| b[j] * past(&input, j) - a[j] * past(&clean, j)).sum::<f64>();
+        clean.push(y);
+        output.push(y + disturbance[k]);
+        input.push(reference[k] - 0.8 * output[k]);
+    }
+    [input, output]
+}
+
+#[test]
+fn exact_in_closed_loop_the_instrument_removes_the_bias() {
+    let (mut direct, mut indirect) = (Vec::new(), Vec::new());
+    for seed in 0..8 {
+        let reference = noise(100 + seed, 16_384, 1.0);
+        let [input, output] = noisy_loop(&reference, 200 + seed, 0.5);
+        let keep = |points: Vec<Point>| points.into_iter().filter(|p| p.frequency_hz < 499.0);
+        direct.extend(keep(welch(&input, &output, 1e-3, 256).unwrap()));
+        let signals = Signals { instrument: &reference, input: &input, output: &output };
+        indirect.extend(keep(spectral(&[signals], 1e-3, 256).unwrap()));
+    }
+    let hits = covered(&indirect, |f| plant().response(f));
+    assert!(hits.iter().all(|share| COVERAGE.contains(share)), "{hits:?}");
+    let biased = covered(&direct, |f| plant().response(f));
+    assert!(biased[0] < 0.9, "the direct estimate leans towards −1/K: {biased:?}");
+}
+
+#[test]
+fn exact_several_runs_are_averaged_together() {
+    let input = noise(5, 8192, 1.0);
+    let output: Vec<f64> =
+        plant().simulate(&input).iter().zip(noise(6, 8192, 0.3)).map(|(y, n)| y + n).collect();
+    let half =
+        |k: usize| Signals::direct(&input[k * 4096..(k + 1) * 4096], &output[k * 4096..(k + 1) * 4096]);
+    let one = spectral(&[half(0)], 1e-3, 256).unwrap();
+    let both = spectral(&[half(0), half(1)], 1e-3, 256).unwrap();
+    let mean = |points: &[Point]| points.iter().map(|p| p.relative_sd).sum::<f64>() / points.len() as f64;
+    assert!((mean(&one) / mean(&both) / 2f64.sqrt() - 1.0).abs() < 0.1);
+}
+
+#[test]
+fn exact_periods_give_the_response_without_leakage() {
+    let lines: Vec<usize> = (3..400).collect();
+    let one: Vec<f64> = (0..1000)
+        .map(|i| {
+            lines.iter().map(|k| (TAU * ((i * k) % 1000) as f64 / 1000.0 - (k * k) as f64 * 0.01).cos()).sum()
+        })
+        .collect();
+    let reference = one.repeat(8);
+    let [input, output] = noisy_loop(&reference, 1, 0.0);
+    let exact = periodic(&[(&input, &output)], 1e-3, 1000, &lines, 2).unwrap();
+    for point in &exact {
+        assert!((point.response() / plant().response(point.frequency_hz) - 1.0).norm() < 1e-9, "{point:?}");
+        assert!(point.coherence > 1.0 - 1e-12);
+    }
+    let mut points = Vec::new();
+    for seed in 0..3 {
+        let [input, output] = noisy_loop(&reference, 300 + seed, 3.0);
+        points.extend(periodic(&[(&input, &output)], 1e-3, 1000, &lines, 2).unwrap());
+    }
+    let hits = covered(&points, |f| plant().response(f));
+    assert!(hits.iter().all(|share| COVERAGE.contains(share)), "{hits:?}");
+}
+
+#[test]
+fn exact_signals_that_tell_no_response_are_refused() {
+    let signal = noise(1, 1000, 1.0);
+    let short = Signals { instrument: &signal[1..], input: &signal, output: &signal };
+    assert_eq!(spectral(&[short], 1e-3, 64).unwrap_err().key_name(), Some("input"));
+    assert_eq!(spectral(&[], 1e-3, 64).unwrap_err().kind(), ErrorKind::TooLittleData);
+    let pair = [(&signal[..], &signal[..])];
+    assert_eq!(periodic(&pair, 1e-3, 400, &[1], 1).unwrap_err().key_name(), Some("period"));
+    assert_eq!(periodic(&pair, 1e-3, 100, &[51], 1).unwrap_err().key_name(), Some("lines"));
+    assert_eq!(periodic(&pair, 1e-3, 100, &[], 1).unwrap_err().key_name(), Some("lines"));
+}
+
+// --- modes ---
+
+/// Natural frequencies and modal masses of the grinding machine's base, as stated.
+const BASE: [(f64, f64); 5] =
+    [(86.1, 1500.0), (88.69, 1800.0), (134.19, 2200.0), (140.92, 2500.0), (162.86, 3000.0)];
+
+/// Response of a plant's position to a periodic force that is held over each sample, without friction but viscous.
+fn forced(mut plant: impl Plant, period_s: f64, lines: std::ops::Range<usize>, sd: f64) -> Vec<Point> {
+    let (samples, periods) = (4000, 8);
+    let lines: Vec<usize> = lines.collect();
+    let phase = |j: usize| -std::f64::consts::PI * ((j * j) as f64 / lines.len() as f64);
+    let force: Vec<f64> = (0..samples)
+        .map(|i| {
+            let one = |(j, k): (usize, &usize)| {
+                (TAU * ((i * k) % samples) as f64 / samples as f64 + phase(j)).cos()
+            };
+            lines.iter().enumerate().map(one).sum::<f64>()
+        })
+        .collect();
+    let steps = (period_s / plant.step_s()).round() as usize;
+    let (mut input, mut output) = (Vec::new(), Vec::new());
+    for force in force.repeat(periods) {
+        (input.push(force), output.push(plant.position()));
+        for _ in 0..steps {
+            plant.coast(Drive::Force(force));
+            plant.advance(StepForce::ZERO, StepForce::ZERO);
+        }
+    }
+    let output: Vec<f64> = output.iter().zip(noise(9, output.len(), sd)).map(|(y, n)| y + n).collect();
+    periodic(&[(&input, &output)], period_s, samples, &lines, 4).unwrap()
+}
+
+#[test]
+fn exact_force_response_is_that_of_the_axis() {
+    let machine = machine_with("grinder", &[]);
+    let constants = machine.constants();
+    let response = SampledResponse::to_force(&constants);
+    for point in forced(Axis::of(&constants), constants.sample_period_s, 5..300, 0.0) {
+        assert!((point.response() / response.position(point.frequency_hz) - 1.0).norm() < 1e-6, "{point:?}");
+    }
+}
+
+#[test]
+fn exact_modes_of_a_response_without_noise_are_those_stated() {
+    let constants = machine_with("grinder", &[]).constants();
+    let response = SampledResponse::to_force(&constants);
+    let points: Vec<Point> = (5..300)
+        .map(|k| {
+            let (frequency_hz, value) = (f64::from(k), response.position(f64::from(k)));
+            Point {
+                frequency_hz,
+                re: value.re,
+                im: value.im,
+                coherence: 1.0,
+                relative_sd: 1e-5,
+                quantile: 2.0,
+            }
+        })
+        .collect();
+    for number in [Some(5), None] {
+        let found = modes(&points, constants.sample_period_s, Hold::Zero, number).unwrap();
+        assert_eq!(found.modes.len(), 5);
+        assert!((found.moving_mass.value / constants.moving_mass - 1.0).abs() < 1e-5);
+        assert!((found.viscous.value / constants.viscous - 1.0).abs() < 1e-4);
+        for (mode, (frequency, mass)) in found.modes.iter().zip(BASE) {
+            assert!((mode.frequency_hz.value / frequency - 1.0).abs() < 1e-6, "{mode:?}");
+            assert!((mode.damping_ratio.value / 0.02 - 1.0).abs() < 1e-4, "{mode:?}");
+            assert!((mode.mass.value / mass - 1.0).abs() < 1e-4, "{mode:?}");
+        }
+    }
+}
+
+#[test]
+fn ref_base_modes_are_found_from_the_rigid_body_scene() {
+    let machine = machine_with("grinder", &[]);
+    let rig = Rig::new(&machine).unwrap();
+    let points = forced(rig, machine.description().sample_period_s, 5..300, 1e-10);
+    let found = modes(&points, machine.description().sample_period_s, Hold::Zero, None).unwrap();
+    assert_eq!(found.modes.len(), 5, "{found:?}");
+    for (mode, (frequency, _)) in found.modes.iter().zip(BASE) {
+        let off = [mode.frequency_hz.value / frequency - 1.0, mode.damping_ratio.value / 0.02 - 1.0];
+        println!("{frequency} Hz: frequency {:+.5} %, damping {:+.3} %", 100.0 * off[0], 100.0 * off[1]);
+        assert!(off[0].abs() < 1e-3 && off[1].abs() < 0.05, "{mode:?}");
+    }
+}
+
+#[test]
+fn exact_a_response_without_a_peak_is_refused() {
+    let machine = machine_with("grinder", &[]);
+    let mut constants = machine.constants();
+    constants.modes = slideway::base::Modes::default();
+    let points = forced(Axis::of(&constants), constants.sample_period_s, 5..300, 1e-8);
+    let error = modes(&points, constants.sample_period_s, Hold::Zero, None).unwrap_err();
+    assert_eq!((error.kind(), error.key_name()), (ErrorKind::Undetermined, Some("modes")));
+    let few = modes(&points[..8], constants.sample_period_s, Hold::Zero, None).unwrap_err();
+    assert_eq!(few.kind(), ErrorKind::TooLittleData);
+}
+
+// --- excitation ---
+
+fn request(machine: &Machine, injection: Injection, wave: Wave) -> Request {
+    Request { band_hz: [5.0, 300.0], resolution_hz: 1.0, injection, wave, limits: Limits::of(machine, 0.25) }
+}
+
+#[test]
+fn exact_an_excitation_stays_within_its_limits_and_is_as_predicted() {
+    let machine = machine_with("grinder", &[("amplifier.voltage_limit_v", 10.0)]);
+    for (injection, wave) in [
+        (Injection::Voltage, Wave::Multisine),
+        (Injection::Voltage, Wave::Sweep),
+        (Injection::Reference, Wave::Multisine),
+    ] {
+        let request = request(&machine, injection, wave);
+        let found = Multisine::design(&machine, &request).unwrap();
+        let limits = request.limits;
+        let simulated = found.simulated;
+        assert!(simulated.effort_v <= limits.effort_v.unwrap() * 1.000_001, "{found:?}");
+        assert!(simulated.position <= limits.position.unwrap() && simulated.thrust <= limits.thrust.unwrap());
+        let traces = found.excite(&machine, PlantChoice::Axis, Sensing::Perfect, 6).unwrap();
+        let steady =
+            traces.effort_v[5 * found.period.len()..].iter().fold(0.0, |most: f64, u| most.max(u.abs()));
+        assert!((steady / found.predicted.effort_v - 1.0).abs() < 1e-3, "{steady} {:?}", found.predicted);
+        assert!(found.crest_factor() < 2.5, "{}", found.crest_factor());
+        assert_eq!(Peaks::of(&traces).effort_v.max(simulated.effort_v), Peaks::of(&traces).effort_v);
+    }
+}
+
+#[test]
+fn exact_measured_loop_is_the_linear_one() {
+    let machine = machine_with("grinder", &[("amplifier.delay_s", 0.4e-3)]);
+    let linear = LinearLoop::of(&machine).unwrap();
+    let found = Multisine::design(&machine, &request(&machine, Injection::Voltage, Wave::Multisine)).unwrap();
+    let traces = found.excite(&machine, PlantChoice::Rapier, Sensing::Perfect, 6).unwrap();
+    let back: Vec<f64> = found.command(6).iter().zip(&traces.effort_v).map(|(d, u)| d - u).collect();
+    let runs = [(&traces.effort_v[..], &back[..])];
+    let open = periodic(&runs, 250e-6, found.period.len(), &found.lines, 4).unwrap();
+    for point in &open {
+        let off = point.response() / linear.open_loop(point.frequency_hz) - 1.0;
+        assert!(off.norm() < 5e-3, "{} Hz: {off}", point.frequency_hz);
+    }
+    let points: Vec<_> = open.iter().map(|p| (p.frequency_hz, p.response())).collect();
+    let (measured, stated) = (Margins::of(&points).unwrap(), linear.margins());
+    assert!((measured.phase.unwrap().margin_deg - stated.phase.unwrap().margin_deg).abs() < 0.3);
+    assert!((measured.gain.unwrap().margin_db - stated.gain.unwrap().margin_db).abs() < 0.3);
+}
+
+#[test]
+fn exact_bands_that_hold_nothing_are_refused() {
+    let machine = machine_with("grinder", &[]);
+    let good = request(&machine, Injection::Voltage, Wave::Multisine);
+    let key =
+        |request: Request| Multisine::design(&machine, &request).unwrap_err().key_name().map(str::to_owned);
+    for band_hz in [[0.0, 100.0], [100.0, 5.0], [5.0, 2500.0], [f64::NAN, 5.0], [5.2, 5.4]] {
+        assert_eq!(key(Request { band_hz, ..good }).as_deref(), Some("--band"));
+    }
+    for resolution_hz in [0.0, -1.0, f64::NAN, 4000.0, 1e-9] {
+        assert_eq!(key(Request { resolution_hz, ..good }).as_deref(), Some("--resolution"));
+    }
 }
 
 #[test]

@@ -7,6 +7,7 @@ pub mod excitation;
 pub mod feedforward;
 mod figures;
 pub mod gain_table;
+pub mod multisine;
 pub mod recorded;
 pub mod recording;
 mod simulation;

@@ -34,7 +34,7 @@ impl fmt::Display for PlantChoice {
 
 /// The axis has stood at the first reference for so long before a simulated run begins, in s: drives and integrators
 /// have settled against whatever pushes, as on a real machine.
-const STOOD_S: f64 = 2.0;
+pub(super) const STOOD_S: f64 = 2.0;
 
 /// Lets the machine follow a sampled position reference from standstill, its loop closed.
 ///
