@@ -1,6 +1,7 @@
 //! Replay: strokes and recorded commands through the twin, for a whole run.
 
 mod cell;
+pub mod compared;
 pub mod crosscheck;
 pub mod excitation;
 pub mod feedforward;
@@ -13,6 +14,7 @@ mod together;
 pub mod windows;
 
 pub use cell::Cell;
+pub use compared::Compared;
 pub use feedforward::Feedforward;
 pub use figures::{Figures, SETTLING_BAND};
 pub use recorded::Recorded;
@@ -21,6 +23,7 @@ pub use stroke::{Motion, Stroke};
 pub use together::run_together;
 
 use crate::plant::Plant;
+use crate::recording::Signal;
 use crate::twin::{Command, Sample, Twin};
 
 /// What a replay yields: one array per signal, one number per sample, in SI.
@@ -65,6 +68,19 @@ impl Traces {
         self.current.push(sample.current);
         self.thrust.push(sample.thrust);
         self.load_position.push(sample.load_position);
+    }
+
+    /// A signal by its name; none for those that a replay does not yield.
+    pub fn signal(&self, signal: Signal) -> Option<&[f64]> {
+        Some(match signal {
+            Signal::ControlEffort => &self.effort_v,
+            Signal::Current => &self.current,
+            Signal::Thrust => &self.thrust,
+            Signal::Position => &self.position,
+            Signal::Velocity => &self.velocity,
+            Signal::LoadPosition => &self.load_position,
+            _ => return None,
+        })
     }
 
     /// Number of samples.

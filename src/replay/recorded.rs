@@ -166,6 +166,15 @@ impl Recorded {
         Ok(Self { commands, start })
     }
 
+    /// The same with the run's efforts, in V, in the place of the controller's: open loop.
+    #[must_use]
+    pub fn driven_by(mut self, effort_v: &[f64]) -> Self {
+        for (command, effort) in self.commands.iter_mut().zip(effort_v) {
+            command.effort_v = Some(*effort);
+        }
+        self
+    }
+
     /// How the run begins.
     pub fn start(&self) -> Start {
         self.start
