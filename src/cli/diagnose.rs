@@ -18,6 +18,7 @@ use slideway::report::{html, sentence, terminal};
 
 use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
+use super::subject::{check_motion, machine_of};
 use super::{Failure, Screen, style};
 
 /// Exit code with `--exit-code` when there is a gap, as `diff` has it.
@@ -166,16 +167,7 @@ impl Diagnose {
 
     /// The machine named here or by the recording, with its settings, and of the recording's motion.
     fn machine(&self, recording: &Recording) -> Result<Machine, Error> {
-        let Some(path) = self.machine.as_ref().or(recording.machine.as_ref()) else {
-            return Err(Error::new(ErrorKind::Missing)
-                .file(&recording.path)
-                .key("machine")
-                .found("a recording that names no machine")
-                .expected("a machine folder")
-                .remedy("give --machine DIR, or put machine = \"DIR\" at the head of the file"));
-        };
-        let machine = Machine::read(path)?;
-        check_motion(&machine, recording)?;
+        let machine = machine_of(recording, self.machine.as_ref())?;
         lay_over(&machine, &self.settings, "--set")
     }
 
@@ -201,19 +193,6 @@ impl Diagnose {
         spinner.finish_and_clear();
         ended.map_err(|error| error.file(&recording.path))
     }
-}
-
-/// Refuses a recording of an axis of another kind.
-fn check_motion(machine: &Machine, recording: &Recording) -> Result<(), Error> {
-    if machine.motion() == recording.motion() {
-        return Ok(());
-    }
-    Err(Error::new(ErrorKind::Inconsistent)
-        .file(&recording.path)
-        .key("motion")
-        .found(format!("a {} axis", recording.motion()))
-        .expected(format!("a {} one, as is the machine {}", machine.motion(), machine.file().display()))
-        .remedy("name the machine that was recorded, or correct the signals' names"))
 }
 
 fn json(diagnosis: &Diagnosis) -> Result<String, Error> {

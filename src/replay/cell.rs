@@ -105,7 +105,12 @@ impl Cell {
             (None, None) => Ok(None),
             (Some(stroke), Some(feed)) => Self::new(stroke, feed).map(Some).map_err(|_| {
                 let found = format!("a stroke of {stroke} at a feed of {feed}");
-                refuse(ErrorKind::OutOfRange, keys[0], found, "a stroke that is not zero at a feed above zero")
+                refuse(
+                    ErrorKind::OutOfRange,
+                    keys[0],
+                    found,
+                    "a stroke that is not zero at a feed above zero",
+                )
             }),
             (Some(_), None) => {
                 Err(refuse(ErrorKind::Missing, keys[1], "a stroke without its feed".to_owned(), "both"))

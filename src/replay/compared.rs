@@ -107,7 +107,8 @@ impl Compared {
     /// feed that are none; what the plant refuses.
     pub fn of(run: &Run, machine: &Machine, plant: PlantChoice) -> Result<Self> {
         check(run, machine)?;
-        let settings = run.settings.iter().map(|(path, value)| (path.as_str(), machine.on_top(path, value.clone())));
+        let settings =
+            run.settings.iter().map(|(path, value)| (path.as_str(), machine.on_top(path, value.clone())));
         let machine = machine.with_settings(settings).map_err(|error| at(error, run, "set"))?;
         let cell = Cell::of_run(run)?;
         let (recorded, driven_by) = driven(run, &machine)?;

@@ -4,6 +4,7 @@
 //! calibrated, what was noticed in the data → what next.
 
 mod changes;
+mod compared;
 pub mod confusion;
 mod crosscheck;
 mod extent;
@@ -18,6 +19,7 @@ mod sentence;
 mod terminal;
 mod which;
 
+pub use compared::compared;
 pub use crosscheck::crosscheck;
 pub use sentence::sentence;
 pub use terminal::{Style, terminal};

@@ -1,0 +1,50 @@
+//! The machine that a recording is of.
+
+use std::path::PathBuf;
+
+use slideway::error::{Error, ErrorKind};
+use slideway::machine::Machine;
+use slideway::recording::{Recording, Run};
+
+/// The machine that was named, else the one that the recording names; of the recording's kind of motion.
+pub(super) fn machine_of(recording: &Recording, named: Option<&PathBuf>) -> Result<Machine, Error> {
+    let Some(path) = named.or(recording.machine.as_ref()) else {
+        return Err(Error::new(ErrorKind::Missing)
+            .file(&recording.path)
+            .key("machine")
+            .found("a recording that names no machine")
+            .expected("a machine folder")
+            .remedy("give --machine DIR, or put machine = \"DIR\" at the head of the file"));
+    };
+    let machine = Machine::read(path)?;
+    check_motion(&machine, recording)?;
+    Ok(machine)
+}
+
+/// Refuses a recording of an axis of another kind.
+pub(super) fn check_motion(machine: &Machine, recording: &Recording) -> Result<(), Error> {
+    if machine.motion() == recording.motion() {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Inconsistent)
+        .file(&recording.path)
+        .key("motion")
+        .found(format!("a {} axis", recording.motion()))
+        .expected(format!("a {} one, as is the machine {}", machine.motion(), machine.file().display()))
+        .remedy("name the machine that was recorded, or correct the signals' names"))
+}
+
+/// The runs of a recording, or the one of a name.
+pub(super) fn runs_of<'a>(recording: &'a Recording, name: Option<&str>) -> Result<Vec<&'a Run>, Error> {
+    let Some(name) = name else { return Ok(recording.runs().iter().collect()) };
+    let run = recording.run(name).ok_or_else(|| {
+        let names: Vec<&str> = recording.runs().iter().map(Run::name).collect();
+        Error::new(ErrorKind::Missing)
+            .file(&recording.path)
+            .key("--run")
+            .found(format!("`{name}`"))
+            .expected(format!("one of {}", names.join(", ")))
+            .remedy("name a run of the recording, or leave --run out for all")
+    })?;
+    Ok(vec![run])
+}
