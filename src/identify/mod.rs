@@ -11,6 +11,7 @@ pub mod first_order;
 pub mod frequency_response;
 pub mod gain_regression;
 pub mod least_squares;
+pub mod nonlinear;
 mod polynomial;
 pub mod transfer;
 pub mod whiteness;

@@ -107,9 +107,7 @@ impl Compared {
     /// feed that are none; what the plant refuses.
     pub fn of(run: &Run, machine: &Machine, plant: PlantChoice) -> Result<Self> {
         check(run, machine)?;
-        let settings =
-            run.settings.iter().map(|(path, value)| (path.as_str(), machine.on_top(path, value.clone())));
-        let machine = machine.with_settings(settings).map_err(|error| at(error, run, "set"))?;
+        let machine = as_set(run, machine)?;
         let cell = Cell::of_run(run)?;
         let (recorded, driven_by) = driven(run, &machine)?;
         let perfect = Sensing::Perfect;
@@ -138,7 +136,18 @@ fn at(error: Error, run: &Run, key: &str) -> Error {
     if run.file.as_os_str().is_empty() { error } else { error.file(&run.file) }
 }
 
-fn check(run: &Run, machine: &Machine) -> Result<()> {
+/// The machine as it was set in a run.
+pub(super) fn as_set(run: &Run, machine: &Machine) -> Result<Machine> {
+    let settings = run.settings.iter();
+    let settings = settings.map(|(path, value)| (path.as_str(), machine.on_top(path, value.clone())));
+    machine.with_settings(settings).map_err(|error| {
+        let key = error.key_name().unwrap_or_default().to_owned();
+        at(error, run, format!("set {key}").trim_end())
+    })
+}
+
+/// Refuses a run of another kind of axis, or at another sample period, than the machine's.
+pub(super) fn check(run: &Run, machine: &Machine) -> Result<()> {
     if run.motion() != machine.motion() {
         let kind = |motion| if motion == Motion::Prismatic { "slides" } else { "turns" };
         return Err(at(Error::new(ErrorKind::Inconsistent), run, "motion")

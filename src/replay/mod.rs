@@ -6,6 +6,7 @@ pub mod crosscheck;
 pub mod excitation;
 pub mod feedforward;
 mod figures;
+pub mod friction;
 pub mod recorded;
 pub mod recording;
 mod simulation;

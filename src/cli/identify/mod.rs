@@ -1,5 +1,6 @@
 //! `slideway identify`: what a recording or a machine's solid model tells of the axis, one identifier a file.
 
+mod friction;
 mod transfer;
 
 use std::process::ExitCode;
@@ -22,13 +23,16 @@ pub(super) struct Identify {
 
 /// A new identifier is a file here, a line in this list and one in [`Identify::run`].
 #[derive(Debug, Subcommand)]
-enum Kind {}
+enum Kind {
+    /// Dry friction of the guide and acceleration time of the reference, through the machine's twin
+    Friction(friction::FrictionCommand),
+}
 
 impl Identify {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         match &self.kind {
-            Some(kind) => match *kind {},
+            Some(Kind::Friction(friction)) => friction.run(screen),
             None => self.transfer.run(screen),
         }
     }
