@@ -8,7 +8,7 @@ use clap::Args;
 use slideway::identify::least_squares::Estimate;
 use slideway::machine::Machine;
 use slideway::recording::Recording;
-use slideway::replay::friction::{Friction, identify};
+use slideway::replay::friction::{Friction, Held, identify};
 use slideway::units::{Motion, engineering};
 
 use super::super::setting::{Setting, lay_over};
@@ -84,7 +84,11 @@ fn show(
             "N = {force:.1} N, the weight on the sliders; a preloaded guide presses harder, and its coefficient is smaller"
         )?;
     }
-    writeln!(out, "mass, motor constants and gains are taken as the machine file states them")?;
+    writeln!(
+        out,
+        "intervals are of noise; constants are held as stated, and within their tolerance would move the numbers:\n"
+    )?;
+    held(found, machine.motion()).write(out)?;
     Ok(())
 }
 
@@ -110,6 +114,23 @@ fn numbers(found: &Friction, motion: Motion) -> Table {
     }
     if let Some(coefficient) = &found.coefficient {
         row("friction coefficient F_c/N", "", coefficient, 1.0);
+    }
+    table
+}
+
+fn held(found: &Friction, motion: Motion) -> Table {
+    let force = if motion == Motion::Prismatic { "F_c by N" } else { "F_c by N·m" };
+    let mut table = Table::new(["constant", "tolerance", force, "acceleration time by ms"]);
+    for Held { constant, tolerance, coulomb, acceleration_time_s } in &found.held {
+        table.row([
+            (*constant).to_owned(),
+            format!("±{:.1} %", 100.0 * tolerance),
+            format!("{coulomb:+.3}").replacen('+', "±", 1).replacen('-', "∓", 1),
+            acceleration_time_s.map_or_else(
+                || "-".to_owned(),
+                |s| format!("{:+.3}", 1e3 * s).replacen('+', "±", 1).replacen('-', "∓", 1),
+            ),
+        ]);
     }
     table
 }

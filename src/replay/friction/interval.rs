@@ -30,6 +30,9 @@ pub(super) struct Spread {
 /// - the mean of δθ·δθᵀ over draws of the sensors' stated noise through the twin's closed loop, times what the residuals
 ///   have more of mean square than those draws: it knows correlations that outlast the run.
 ///
+/// To that the square of δθ under the difference between rigid-body scene and reduced axis is added: what the reduction and
+/// the steps of integration may be off.
+///
 /// Effective number of samples: N times the variance that independent residuals of the same mean square would give over
 /// the one taken. The interval is Student's with as many degrees of freedom as there are draws.
 ///
@@ -46,6 +49,7 @@ pub(super) fn spread(
     solution: &Solution,
     subjects: &[Subject],
     draws: &[Vec<[Vec<f64>; 2]>],
+    scene: Vec<f64>,
 ) -> Result<Spread> {
     let jacobian = &solution.jacobian;
     let inverse = inverse(&jacobian.tr_mul(jacobian))?;
@@ -60,11 +64,13 @@ pub(super) fn spread(
         let moved = &inverse * jacobian.tr_mul(&noise);
         drawn += &moved * moved.transpose() / DRAWS as f64;
     }
+    let reduced = moved(solution, scene)?;
     let left = solution.residuals.norm_squared();
     let more = if squares > 0.0 { (left / squares).max(1.0) } else { 1.0 };
     let rows = jacobian.nrows() as f64;
     let independent = left / (rows - count as f64).max(1.0);
-    let variance = |k: usize| newey_west[(k, k)].max(more * drawn[(k, k)]).max(0.0);
+    let noise = |k: usize| newey_west[(k, k)].max(more * drawn[(k, k)]).max(0.0);
+    let variance = |k: usize| noise(k) + reduced[k] * reduced[k];
     let student = StudentsT::new(0.0, 1.0, DRAWS as f64).map_err(|error| {
         Error::new(ErrorKind::Undetermined).found(error.to_string()).expected("degrees of freedom")
     })?;
@@ -72,9 +78,15 @@ pub(super) fn spread(
         standard_errors: (0..count).map(|k| variance(k).sqrt()).collect(),
         quantile: student.inverse_cdf(UPPER),
         effective_samples: (0..count)
-            .map(|k| rows * (independent * inverse[(k, k)] / variance(k).max(f64::MIN_POSITIVE)).min(1.0))
+            .map(|k| rows * (independent * inverse[(k, k)] / noise(k).max(f64::MIN_POSITIVE)).min(1.0))
             .collect(),
     })
+}
+
+/// By how much the numbers move where residuals change by so much: −H⁻¹Jᵀ·change.
+pub(super) fn moved(solution: &Solution, change: Vec<f64>) -> Result<DVector<f64>> {
+    let inverse = inverse(&solution.jacobian.tr_mul(&solution.jacobian))?;
+    Ok(-(inverse * solution.jacobian.tr_mul(&DVector::from_vec(change))))
 }
 
 /// Inverse of a normal matrix whose numbers are of very different size.

@@ -2,6 +2,7 @@
 //! of its reference generator.
 
 mod coarse;
+mod held;
 mod interval;
 mod profile;
 mod subject;
@@ -56,6 +57,19 @@ pub struct RunFriction {
     pub agreement: Vec<Agreement>,
 }
 
+/// A constant that was held fixed, and what it would change at the upper end of its tolerance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// Its name.
+    pub constant: &'static str,
+    /// Its tolerance, a fraction of its value.
+    pub tolerance: f64,
+    /// By how much F_c would move, N or N·m; the other end of the tolerance moves it the other way.
+    pub coulomb: f64,
+    /// By how much the acceleration time would move, in s.
+    pub acceleration_time_s: Option<f64>,
+}
+
 /// Dry friction and acceleration time, from a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Friction {
@@ -70,6 +84,8 @@ pub struct Friction {
     pub normal_force_n: Option<f64>,
     /// μ = F_c/N.
     pub coefficient: Option<Estimate>,
+    /// What was held fixed.
+    pub held: Vec<Held>,
     /// The runs.
     pub runs: Vec<RunFriction>,
     /// Condition number of the column-scaled Jacobian.
@@ -95,8 +111,8 @@ pub struct Friction {
 /// Positive force acts along positive position.
 ///
 /// # Validity
-/// Mass, motor constants and gains are as the machine states them: errors of theirs go into the numbers, not into the
-/// intervals. Friction is Coulomb's. μ takes N as the weight on the sliders: a preloaded guide presses harder, and its true
+/// Intervals are of noise and of the reduction to one axis. Mass, motor constants and gains are as the machine states them:
+/// errors of theirs go into the numbers, not into the intervals; [`Held`] says how far. Friction is Coulomb's. μ takes N as the weight on the sliders: a preloaded guide presses harder, and its true
 /// coefficient is smaller.
 ///
 /// # Source
@@ -121,7 +137,9 @@ pub fn identify(runs: &[&Run], machine: &Machine, with_viscous: bool) -> Result<
         problem.start_at(&solution.values);
         solution = problem.fit(&subjects)?;
     }
-    let spread = spread(&solution, &subjects, &draws)?;
+    let all = problem.numbers(&solution.values, &subjects);
+    let scene = subjects.par_iter().zip(&all).map(|(subject, numbers)| subject.change_on_scene(numbers));
+    let spread = spread(&solution, &subjects, &draws, scene.collect::<Result<Vec<_>>>()?.concat())?;
     problem.conclude(&solution, &spread, &subjects, machine)
 }
 
@@ -274,6 +292,7 @@ impl Problem {
                 standard_error: coulomb.standard_error / force,
                 ci95: coulomb.ci95.map(|end| end / force),
             }),
+            held: held::held(solution, (subjects, &all), machine, self.coulomb())?,
             runs: runs.collect::<Result<_>>()?,
             condition: solution.condition,
             samples: solution.residuals.len(),

@@ -10,8 +10,10 @@ use crate::effect::EffectId;
 use crate::error::{ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
+use crate::plant::rapier::Rig;
 use crate::recording::{Run, Signal};
 use crate::twin::Sensing;
+use crate::units::Motion;
 
 /// Replays with noise from which the noise of every sample is told.
 pub(super) const DRAWS: u64 = 24;
@@ -82,24 +84,57 @@ impl Subject {
         self.run.signal(self.signals[k]).unwrap_or_default()
     }
 
-    /// What the twin makes of the run.
-    pub(super) fn replay(&self, numbers: &Numbers, sensing: Sensing) -> Result<Traces> {
-        let motion = self.run.motion();
-        let path =
-            |effect: EffectId| format!("effect.{}.{}", effect.name(), effect.parameters()[0].key(motion));
+    /// The machine with the numbers of a replay, and others by key path.
+    fn set(&self, numbers: &Numbers, others: &[(String, f64)]) -> Result<Machine> {
+        let path = |effect| path(effect, self.run.motion());
         let mut settings = vec![(path(EffectId::CoulombFriction), numbers.coulomb)];
         settings.extend(numbers.viscous.map(|viscous| (path(EffectId::ViscousFriction), viscous)));
-        let settings = settings.iter().map(|(path, value)| (path.as_str(), (*value).into()));
-        let machine = self.machine.with_settings(settings)?;
+        settings.extend(others.iter().cloned());
+        self.machine.with_settings(settings.iter().map(|(path, value)| (path.as_str(), (*value).into())))
+    }
+
+    fn commands(&self, numbers: &Numbers) -> Recorded {
         let reference = match &self.profile {
             Profile::Logged(reference) => reference.clone(),
             Profile::Strokes(strokes) => {
-                let [starts, base] = [&numbers.starts[..], &[numbers.base]];
-                strokes.reference(numbers.ramp_s, starts, base[0], &self.run)
+                strokes.reference(numbers.ramp_s, &numbers.starts, numbers.base, &self.run)
             }
         };
-        let recorded = Recorded::from(&self.run, &reference, self.start);
-        Ok(recorded.replay(&machine, Axis::of(&machine.constants()), sensing))
+        Recorded::from(&self.run, &reference, self.start)
+    }
+
+    /// What the twin makes of the run.
+    pub(super) fn replay(&self, numbers: &Numbers, sensing: Sensing) -> Result<Traces> {
+        self.replay_with(numbers, &[], sensing)
+    }
+
+    fn replay_with(&self, numbers: &Numbers, others: &[(String, f64)], sensing: Sensing) -> Result<Traces> {
+        let machine = self.set(numbers, others)?;
+        Ok(self.commands(numbers).replay(&machine, Axis::of(&machine.constants()), sensing))
+    }
+
+    /// By how much residuals change, in units of noise, where other numbers of the machine are so.
+    pub(super) fn change(&self, numbers: &Numbers, others: &[(String, f64)]) -> Result<Vec<f64>> {
+        let as_fitted = self.replay(numbers, Sensing::Perfect)?;
+        Ok(self.difference(&as_fitted, &self.replay_with(numbers, others, Sensing::Perfect)?))
+    }
+
+    /// By how much residuals change, in units of noise, on the rigid-body scene.
+    pub(super) fn change_on_scene(&self, numbers: &Numbers) -> Result<Vec<f64>> {
+        let as_fitted = self.replay(numbers, Sensing::Perfect)?;
+        let machine = self.set(numbers, &[])?;
+        let scene = self.commands(numbers).replay(&machine, Rig::new(&machine)?, Sensing::Perfect);
+        Ok(self.difference(&as_fitted, &scene))
+    }
+
+    /// One prediction less another, in units of noise.
+    fn difference(&self, one: &Traces, other: &Traces) -> Vec<f64> {
+        let of = |k: usize| {
+            let [one, other] = [one, other].map(|traces| traces.signal(self.signals[k]).unwrap_or_default());
+            let pairs = one.iter().zip(other).zip(&self.sigma[k]);
+            pairs.map(|((one, other), sigma)| (one - other) / sigma).collect::<Vec<f64>>()
+        };
+        [of(0), of(1)].concat()
     }
 
     /// Recorded less predicted in units of noise: position first, then force.
@@ -152,6 +187,11 @@ impl Subject {
     pub(super) fn normalised<'a>(&'a self, draw: &'a [Vec<f64>; 2]) -> impl Iterator<Item = f64> + 'a {
         (0..2).flat_map(move |k| draw[k].iter().zip(&self.sigma[k]).map(|(e, sigma)| e / sigma))
     }
+}
+
+/// Key path of an effect's first number.
+pub(super) fn path(effect: EffectId, motion: Motion) -> String {
+    format!("effect.{}.{}", effect.name(), effect.parameters()[0].key(motion))
 }
 
 fn range(samples: &[f64]) -> f64 {
