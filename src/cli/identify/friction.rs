@@ -8,7 +8,7 @@ use clap::Args;
 use slideway::identify::least_squares::Estimate;
 use slideway::machine::Machine;
 use slideway::recording::Recording;
-use slideway::replay::friction::{Friction, Held, identify};
+use slideway::replay::friction::{Friction, Held, held, identify};
 use slideway::units::{Motion, engineering};
 
 use super::super::setting::{Setting, lay_over};
@@ -48,10 +48,12 @@ impl FrictionCommand {
         let runs = runs_of(&recording, self.run.as_deref())?;
         let spinner = screen.spinner("fitting");
         let found = identify(&runs, &machine, self.viscous);
+        let found = found.and_then(|found| Ok((held(&runs, &machine, &found)?, found)));
         spinner.finish_and_clear();
-        let found = found
+        let (held, found) = found
             .map_err(|error| if error.path().is_some() { error } else { error.file(&recording.path) })?;
         show(&found, &recording, &machine, screen)?;
+        held_constants(&held, machine.motion()).write(&mut screen.out)?;
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -86,9 +88,8 @@ fn show(
     }
     writeln!(
         out,
-        "intervals are of noise; constants are held as stated, and within their tolerance would move the numbers:\n"
+        "intervals are of noise; constants are held as stated; at the upper end of its tolerance each would move the numbers:\n"
     )?;
-    held(found, machine.motion()).write(out)?;
     Ok(())
 }
 
@@ -118,18 +119,15 @@ fn numbers(found: &Friction, motion: Motion) -> Table {
     table
 }
 
-fn held(found: &Friction, motion: Motion) -> Table {
+fn held_constants(held: &[Held], motion: Motion) -> Table {
     let force = if motion == Motion::Prismatic { "F_c by N" } else { "F_c by N·m" };
     let mut table = Table::new(["constant", "tolerance", force, "acceleration time by ms"]);
-    for Held { constant, tolerance, coulomb, acceleration_time_s } in &found.held {
+    for Held { constant, tolerance, coulomb, acceleration_time_s } in held {
         table.row([
             (*constant).to_owned(),
-            format!("±{:.1} %", 100.0 * tolerance),
-            format!("{coulomb:+.3}").replacen('+', "±", 1).replacen('-', "∓", 1),
-            acceleration_time_s.map_or_else(
-                || "-".to_owned(),
-                |s| format!("{:+.3}", 1e3 * s).replacen('+', "±", 1).replacen('-', "∓", 1),
-            ),
+            format!("+{:.1} %", 100.0 * tolerance),
+            format!("{coulomb:+.3}"),
+            acceleration_time_s.map_or_else(|| "-".to_owned(), |s| format!("{:+.3}", 1e3 * s)),
         ]);
     }
     table

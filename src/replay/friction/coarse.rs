@@ -59,7 +59,8 @@ impl Coarse {
 
 /// Numbers of a run with its strokes where the twin passes their middles when the machine did.
 fn aligned(subject: &Subject, ramp_s: f64, coulomb: f64) -> Result<Numbers> {
-    let mut numbers = Numbers { ramp_s, coulomb, viscous: None, starts: Vec::new(), base: 0.0 };
+    let mut numbers =
+        Numbers { ramp_s, coulomb, viscous: None, starts: Vec::new(), base: 0.0, start_off: [0.0; 2] };
     let Profile::Strokes(strokes) = &subject.profile else { return Ok(numbers) };
     numbers.starts.clone_from(&strokes.start_s);
     numbers.base = strokes.base;

@@ -1,37 +1,46 @@
 //! What is held fixed: by how much its tolerance moves the numbers that are found.
 
-use super::interval::moved;
-use super::subject::{Subject, path};
-use super::{Held, Numbers};
+use super::subject::path;
+use super::{Friction, identify};
 use crate::drive::motor::Circuit;
 use crate::effect::EffectId;
 use crate::error::Result;
-use crate::identify::nonlinear::Solution;
 use crate::machine::Machine;
+use crate::recording::Run;
 use rayon::prelude::*;
 
-/// Shifts of Coulomb friction (at place `coulomb`) and acceleration time (at place 0, where there is one) under each
-/// constant's tolerance, to first order.
-pub(super) fn held(
-    solution: &Solution,
-    (subjects, all): (&[Subject], &[Numbers]),
-    machine: &Machine,
-    coulomb: usize,
-) -> Result<Vec<Held>> {
+/// A constant that was held fixed, and what it would change at the upper end of its tolerance.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Held {
+    /// Its name.
+    pub constant: &'static str,
+    /// Its tolerance, a fraction of its value.
+    pub tolerance: f64,
+    /// By how much F_c would move, N or N·m.
+    pub coulomb: f64,
+    /// By how much the acceleration time would move, in s.
+    pub acceleration_time_s: Option<f64>,
+}
+
+/// Identifies again with each constant at the upper end of its tolerance, and tells by how much the numbers move.
+///
+/// # Errors
+/// As [`identify`].
+pub fn held(runs: &[&Run], machine: &Machine, found: &Friction) -> Result<Vec<Held>> {
+    let with_viscous = found.viscous.is_some();
+    let is_held = |effect: EffectId| !(with_viscous && effect == EffectId::ViscousFriction);
     let shift = |(constant, tolerance, effect, value): (&'static str, f64, EffectId, f64)| {
-        let others = [(path(effect, machine.motion()), value)];
-        let changes = subjects.par_iter().zip(all).map(|(subject, numbers)| subject.change(numbers, &others));
-        // A change of residuals is that of a prediction with its sign turned.
-        let shifts = moved(solution, changes.collect::<Result<Vec<_>>>()?.concat())?;
-        let acceleration_time_s = (coulomb > 0).then(|| shifts[0]);
-        Ok(Held { constant, tolerance, coulomb: shifts[coulomb], acceleration_time_s })
+        let other = machine.with_settings([(path(effect, machine.motion()).as_str(), value.into())])?;
+        let moved = identify(runs, &other, with_viscous)?;
+        let ramps = moved.acceleration_time_s.zip(found.acceleration_time_s);
+        Ok(Held {
+            constant,
+            tolerance,
+            coulomb: moved.coulomb.value - found.coulomb.value,
+            acceleration_time_s: ramps.map(|(moved, found)| moved.value - found.value),
+        })
     };
-    let has_viscous = all.iter().any(|numbers| numbers.viscous.is_some());
-    constants(machine)
-        .into_iter()
-        .filter(|(.., effect, _)| !(has_viscous && *effect == EffectId::ViscousFriction))
-        .map(shift)
-        .collect()
+    constants(machine).into_par_iter().filter(|(.., effect, _)| is_held(*effect)).map(shift).collect()
 }
 
 /// Constants that have a tolerance: name, tolerance, the effect that states another value, the value at its upper end.

@@ -14,14 +14,15 @@ use crate::identify::least_squares::Estimate;
 use crate::identify::nonlinear::{Solution, Unknown, solve};
 use crate::machine::Machine;
 use crate::plant::LoadModel;
-use crate::recording::Run;
+use crate::recording::{Run, Signal};
 use crate::twin::Sensing;
 use coarse::{Coarse, largest_force};
+pub use held::{Held, held};
 use interval::{Spread, spread};
 use nalgebra::DVector;
 use profile::{Profile, Strokes};
 use rayon::prelude::*;
-use subject::Subject;
+use subject::{Subject, range};
 
 /// Fits with noise taken anew from the twin as fitted before.
 const PASSES: usize = 3;
@@ -42,6 +43,8 @@ struct Numbers {
     viscous: Option<f64>,
     starts: Vec<f64>,
     base: f64,
+    /// By how much the start is off what the first samples show: position, and commanded voltage.
+    start_off: [f64; 2],
 }
 
 /// What one run tells by itself.
@@ -55,19 +58,6 @@ pub struct RunFriction {
     pub reference_acceleration_time_s: Option<f64>,
     /// How far position and force of the fitted twin are off.
     pub agreement: Vec<Agreement>,
-}
-
-/// A constant that was held fixed, and what it would change at the upper end of its tolerance.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Held {
-    /// Its name.
-    pub constant: &'static str,
-    /// Its tolerance, a fraction of its value.
-    pub tolerance: f64,
-    /// By how much F_c would move, N or N·m; the other end of the tolerance moves it the other way.
-    pub coulomb: f64,
-    /// By how much the acceleration time would move, in s.
-    pub acceleration_time_s: Option<f64>,
 }
 
 /// Dry friction and acceleration time, from a recording.
@@ -84,8 +74,6 @@ pub struct Friction {
     pub normal_force_n: Option<f64>,
     /// μ = F_c/N.
     pub coefficient: Option<Estimate>,
-    /// What was held fixed.
-    pub held: Vec<Held>,
     /// The runs.
     pub runs: Vec<RunFriction>,
     /// Condition number of the column-scaled Jacobian.
@@ -102,7 +90,8 @@ pub struct Friction {
 /// The twin on the reduced axis follows, in closed loop with perfect sensors and under each run's settings, the reference
 /// that its generator would make: strokes of trapezoidal velocity with acceleration time T_a. Wanted are T_a, F_c in
 /// `F = −F_c·sgn(v)`, c in `F = −c·v`, and, where the reference was not logged, the start of each stroke and the reference
-/// before it:
+/// before it; and of each run by how much position and effort at its start are off the means over its first standstill, which
+/// the loop's noise moves slowly:
 /// ```text
 ///   θ = argmin Σ_runs Σ_k ((x − x̂(θ))/σ_x)² + ((F − F̂(θ))/σ_F)²
 /// ```
@@ -112,7 +101,7 @@ pub struct Friction {
 ///
 /// # Validity
 /// Intervals are of noise and of the reduction to one axis. Mass, motor constants and gains are as the machine states them:
-/// errors of theirs go into the numbers, not into the intervals; [`Held`] says how far. Friction is Coulomb's. μ takes N as the weight on the sliders: a preloaded guide presses harder, and its true
+/// errors of theirs go into the numbers, not into the intervals; [`held`] says how far. Friction is Coulomb's. μ takes N as the weight on the sliders: a preloaded guide presses harder, and its true
 /// coefficient is smaller.
 ///
 /// # Source
@@ -149,6 +138,23 @@ fn refused(run: &Run, kind: ErrorKind, key: &str) -> Error {
     if run.file.as_os_str().is_empty() { error } else { error.file(&run.file) }
 }
 
+/// What the start of a run is off: its position, and its effort where that was logged.
+fn start_off(subject: &Subject) -> Vec<Unknown> {
+    let all = (f64::NEG_INFINITY, f64::INFINITY);
+    let of = |word: &str, step: f64| Unknown {
+        name: format!("{word} of {}", subject.run.name()),
+        start: 0.0,
+        range: all,
+        step,
+    };
+    let mut list = vec![of("position at the start", BASE_STEP * range(subject.recorded(0)))];
+    if subject.has_effort() {
+        let effort = subject.run.signal(Signal::ControlEffort).unwrap_or_default();
+        list.push(of("effort at the start", FORCE_STEP * range(effort).max(f64::MIN_POSITIVE)));
+    }
+    list
+}
+
 /// The unknown numbers and where they stand among the values.
 struct Problem {
     unknowns: Vec<Unknown>,
@@ -183,6 +189,7 @@ impl Problem {
             unknowns.push(unknown("viscous drag", constants.viscous, (0.0, f64::INFINITY), step));
         }
         for (subject, starts) in subjects.iter().zip(&coarse.starts) {
+            unknowns.extend(start_off(subject));
             let Some(strokes) = subject.unknown() else { continue };
             let name = subject.run.name();
             let end = subject.run.duration_s();
@@ -220,7 +227,13 @@ impl Problem {
                 viscous: self.has_viscous.then(|| values[coulomb + 1]),
                 starts: Vec::new(),
                 base: 0.0,
+                start_off: [values[next], 0.0],
             };
+            next += 1;
+            if subject.has_effort() {
+                numbers.start_off[1] = values[next];
+                next += 1;
+            }
             if let Some(strokes) = subject.unknown() {
                 let count = strokes.strokes.len();
                 numbers.starts = values[next..next + count].to_vec();
@@ -292,7 +305,6 @@ impl Problem {
                 standard_error: coulomb.standard_error / force,
                 ci95: coulomb.ci95.map(|end| end / force),
             }),
-            held: held::held(solution, (subjects, &all), machine, self.coulomb())?,
             runs: runs.collect::<Result<_>>()?,
             condition: solution.condition,
             samples: solution.residuals.len(),

@@ -5,7 +5,7 @@ use super::super::recorded::Start;
 use super::super::{Recorded, Traces};
 use super::profile::{Profile, Strokes};
 use super::{Numbers, refused};
-use crate::drive::motor::Motor;
+use crate::drive::motor::{Circuit, Motor};
 use crate::effect::EffectId;
 use crate::error::{ErrorKind, Result};
 use crate::machine::Machine;
@@ -84,46 +84,49 @@ impl Subject {
         self.run.signal(self.signals[k]).unwrap_or_default()
     }
 
-    /// The machine with the numbers of a replay, and others by key path.
-    fn set(&self, numbers: &Numbers, others: &[(String, f64)]) -> Result<Machine> {
+    /// Whether the commanded voltage at the start is known, so that it can be off.
+    pub(super) fn has_effort(&self) -> bool {
+        self.start.effort_v.is_some()
+    }
+
+    /// The machine with the numbers of a replay.
+    fn set(&self, numbers: &Numbers) -> Result<Machine> {
         let path = |effect| path(effect, self.run.motion());
         let mut settings = vec![(path(EffectId::CoulombFriction), numbers.coulomb)];
         settings.extend(numbers.viscous.map(|viscous| (path(EffectId::ViscousFriction), viscous)));
-        settings.extend(others.iter().cloned());
         self.machine.with_settings(settings.iter().map(|(path, value)| (path.as_str(), (*value).into())))
     }
 
-    fn commands(&self, numbers: &Numbers) -> Recorded {
+    /// Commands and start of a replay.
+    fn commands(&self, numbers: &Numbers, machine: &Machine) -> Recorded {
         let reference = match &self.profile {
             Profile::Logged(reference) => reference.clone(),
             Profile::Strokes(strokes) => {
                 strokes.reference(numbers.ramp_s, &numbers.starts, numbers.base, &self.run)
             }
         };
-        Recorded::from(&self.run, &reference, self.start)
+        let mut start = self.start;
+        start.position += numbers.start_off[0];
+        if let Some(effort_v) = &mut start.effort_v {
+            *effort_v += numbers.start_off[1];
+            if let Circuit::Winding { resistance_ohm, .. } = machine.constants().circuit {
+                start.current = start.current.map(|current| current + numbers.start_off[1] / resistance_ohm);
+            }
+        }
+        Recorded::from(&self.run, &reference, start)
     }
 
     /// What the twin makes of the run.
     pub(super) fn replay(&self, numbers: &Numbers, sensing: Sensing) -> Result<Traces> {
-        self.replay_with(numbers, &[], sensing)
-    }
-
-    fn replay_with(&self, numbers: &Numbers, others: &[(String, f64)], sensing: Sensing) -> Result<Traces> {
-        let machine = self.set(numbers, others)?;
-        Ok(self.commands(numbers).replay(&machine, Axis::of(&machine.constants()), sensing))
-    }
-
-    /// By how much residuals change, in units of noise, where other numbers of the machine are so.
-    pub(super) fn change(&self, numbers: &Numbers, others: &[(String, f64)]) -> Result<Vec<f64>> {
-        let as_fitted = self.replay(numbers, Sensing::Perfect)?;
-        Ok(self.difference(&as_fitted, &self.replay_with(numbers, others, Sensing::Perfect)?))
+        let machine = self.set(numbers)?;
+        Ok(self.commands(numbers, &machine).replay(&machine, Axis::of(&machine.constants()), sensing))
     }
 
     /// By how much residuals change, in units of noise, on the rigid-body scene.
     pub(super) fn change_on_scene(&self, numbers: &Numbers) -> Result<Vec<f64>> {
         let as_fitted = self.replay(numbers, Sensing::Perfect)?;
-        let machine = self.set(numbers, &[])?;
-        let scene = self.commands(numbers).replay(&machine, Rig::new(&machine)?, Sensing::Perfect);
+        let machine = self.set(numbers)?;
+        let scene = self.commands(numbers, &machine).replay(&machine, Rig::new(&machine)?, Sensing::Perfect);
         Ok(self.difference(&as_fitted, &scene))
     }
 
@@ -194,7 +197,8 @@ pub(super) fn path(effect: EffectId, motion: Motion) -> String {
     format!("effect.{}.{}", effect.name(), effect.parameters()[0].key(motion))
 }
 
-fn range(samples: &[f64]) -> f64 {
+/// Largest less smallest value.
+pub(super) fn range(samples: &[f64]) -> f64 {
     let (low, high) =
         samples.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
     (high - low).max(0.0)
