@@ -17,7 +17,7 @@ use slideway::report::material::Material;
 use slideway::report::{html, sentence, terminal};
 
 use super::output::{Pictures, check_apart, check_place, command_line, write};
-use super::setting::Setting;
+use super::setting::{Setting, lay_over};
 use super::subject::{check_motion, machine_of};
 use super::{Failure, Screen, style};
 
@@ -98,7 +98,7 @@ impl Diagnose {
         self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
         let path = self.recording.as_ref().or(self.named.as_ref());
         let recording = Recording::read(path.map_or(Path::new("."), PathBuf::as_path))?;
-        let machine = machine_of(&recording, self.machine.as_deref(), &self.settings)?;
+        let machine = self.machine(&recording)?;
         let reference = self.reference.as_ref().map(Recording::read).transpose()?;
         if let Some(reference) = &reference {
             check_motion(&machine, reference)?;
@@ -163,6 +163,12 @@ impl Diagnose {
         }
         check_place(path, "--json")?;
         Ok(Destination::File(path))
+    }
+
+    /// The machine named here or by the recording, with its settings, and of the recording's motion.
+    fn machine(&self, recording: &Recording) -> Result<Machine, Error> {
+        let machine = machine_of(recording, self.machine.as_ref())?;
+        lay_over(&machine, &self.settings, "--set")
     }
 
     fn diagnose(

@@ -52,7 +52,7 @@ pub struct Arguments {
 enum Command {
     /// Say where a recording and the machine's twin disagree, and why
     Diagnose(diagnose::Diagnose),
-    /// Replay strokes through a machine's twin and write the recording
+    /// Replay strokes, or a recording, through a machine's twin
     Replay(replay::Replay),
     /// Identify a sampled transfer function, from a machine's solid model or from a recording
     Identify(identify::Identify),

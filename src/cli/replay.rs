@@ -1,8 +1,10 @@
-//! `slideway replay`: strokes through a machine's twin, written as a recording.
+//! `slideway replay`: strokes through a machine's twin, written as a recording; or a recording beside the twin.
+
+mod against;
 
 use std::io::Write as _;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
@@ -30,17 +32,27 @@ const LONGEST_STANDSTILL_S: f64 = 3600.0;
 /// Replays every cell in the machine's closed loop. What is known of the machine goes into --set and into the
 /// recording; what --hide changes plays the part of a real machine's unmodelled effect: the recording names it
 /// in its note only.
+///
+/// With --recording, replays its runs along their own references under their own settings instead, from where they
+/// begin and with perfect sensors, and shows how far each signal of the twin is off.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  slideway replay --machine models/MACHINE --cell 0.02@8 0.03@16 \\\n      \
-                        --hide effect.coulomb_friction.force_n=15 --out /tmp/friction"
+                        --hide effect.coulomb_friction.force_n=15 --out /tmp/friction\n  \
+                        slideway replay --recording recordings/LOG --figures figures"
 )]
 pub(super) struct Replay {
-    /// Machine folder, or a machine file
-    #[arg(long, value_name = "DIR")]
-    machine: PathBuf,
+    /// Recording to hold the twin against, instead of cells: a folder with recording.toml, or such a file
+    #[arg(long, value_name = "DIR|FILE", conflicts_with_all = STROKES)]
+    recording: Option<PathBuf>,
+    /// Run of the recording; otherwise all
+    #[arg(long, value_name = "NAME", requires = "recording")]
+    run: Option<String>,
+    /// Machine folder, or a machine file [default: the one that the recording names]
+    #[arg(long, value_name = "DIR", required_unless_present = "recording")]
+    machine: Option<PathBuf>,
     /// Strokes at feeds: m@m/min, or rad@rad/s for a turning axis; backwards as --cell=-0.02@8
-    #[arg(long = "cell", value_name = "STROKE@FEED", num_args = 1.., required_unless_present = "held_out")]
+    #[arg(long = "cell", value_name = "STROKE@FEED", num_args = 1.., required_unless_present_any = ["held_out", "recording"])]
     cells: Vec<Cell>,
     /// Cells to mark as held out; the others are then for training
     #[arg(long, value_name = "STROKE@FEED", num_args = 1..)]
@@ -75,9 +87,9 @@ pub(super) struct Replay {
     /// File format of the runs
     #[arg(long, value_enum, default_value = "csv")]
     format: FileFormat,
-    /// Folder to write the recording to
-    #[arg(long, value_name = "FOLDER")]
-    out: PathBuf,
+    /// Folder to write the replayed runs to, as a recording
+    #[arg(long, value_name = "FOLDER", required_unless_present = "recording")]
+    out: Option<PathBuf>,
     /// Put it in the place of a recording that is there
     #[arg(long)]
     replace: bool,
@@ -92,6 +104,10 @@ enum FileFormat {
     /// Parquet with 64-bit floats
     Parquet,
 }
+
+/// What tells which strokes to make and how, and has no place where a recording tells it.
+const STROKES: [&str; 9] =
+    ["cells", "held_out", "hidden", "noise", "perfect", "back", "repeat", "lead", "dwell"];
 
 /// One run before it is simulated.
 struct Plan {
@@ -111,10 +127,19 @@ fn standstill(text: &str) -> Result<f64, String> {
 }
 
 impl Replay {
-    /// Simulates, writes, and shows a table with a row a run.
+    /// Simulates, writes, and shows a table with a row a run; or compares.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         self.pictures.check_places()?;
-        let machine = Machine::read(&self.machine)?;
+        match &self.recording {
+            Some(recording) => self.against(recording, screen),
+            None => self.strokes(screen),
+        }
+    }
+
+    fn strokes(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+        // Both are there: the parser asks for them where no recording is named.
+        let [machine, out] = [&self.machine, &self.out].map(|path| path.as_deref().unwrap_or(Path::new(".")));
+        let machine = Machine::read(machine)?;
         let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
         let stated = lay_over(&machine, &known, "--set")?;
         let simulated = lay_over(&stated, &self.hidden, "--hide")?;
@@ -130,14 +155,9 @@ impl Replay {
         let mut recording = Recording::new(runs)?;
         recording.note = Some(self.note(&stated));
         recording.machine = Some(machine_path(&machine));
-        let format = match self.format {
-            FileFormat::Csv => Format::Csv,
-            FileFormat::Parquet => Format::Parquet,
-        };
-        let existing = if self.replace { Existing::Replace } else { Existing::Refuse };
-        recording.write(&self.out, format, existing)?;
+        self.write(&recording, out)?;
         let rows = rows(&recording, &plans, &figures);
-        self.show(&recording, &rows, screen)?;
+        self.show(&recording, &rows, out, screen)?;
         if self.pictures.are_wanted() {
             let rows: Vec<Vec<String>> = rows.into_iter().map(|row| row.to_vec()).collect();
             let heads = heads(&recording).map(|head| match head {
@@ -149,6 +169,15 @@ impl Replay {
             self.pictures.write(&page)?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn write(&self, recording: &Recording, out: &Path) -> Result<(), Error> {
+        let format = match self.format {
+            FileFormat::Csv => Format::Csv,
+            FileFormat::Parquet => Format::Parquet,
+        };
+        let existing = if self.replace { Existing::Replace } else { Existing::Refuse };
+        recording.write(out, format, existing)
     }
 
     fn plans(&self, machine: &Machine) -> Result<Vec<Plan>, Error> {
@@ -237,11 +266,17 @@ impl Replay {
         )
     }
 
-    fn show(&self, recording: &Recording, rows: &[[String; 8]], screen: &mut Screen) -> Result<(), Failure> {
+    fn show(
+        &self,
+        recording: &Recording,
+        rows: &[[String; 8]],
+        folder: &Path,
+        screen: &mut Screen,
+    ) -> Result<(), Failure> {
         let out = &mut screen.out;
         let count = recording.runs().len();
         let runs = if count == 1 { "run" } else { "runs" };
-        writeln!(out, "{count} {runs} in {}", self.out.display())?;
+        writeln!(out, "{count} {runs} in {}", folder.display())?;
         writeln!(out, "{}\n", recording.note.as_deref().unwrap_or_default())?;
         let mut table = Table::new(heads(recording)).left(2);
         rows.iter().for_each(|row| table.row(row.clone()));

@@ -1,20 +1,14 @@
-//! The machine that a recording is about.
+//! The machine that a recording is of.
 
-use std::path::Path;
+use std::path::PathBuf;
 
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
-use slideway::recording::Recording;
+use slideway::recording::{Recording, Run};
 
-use super::setting::{Setting, lay_over};
-
-/// The machine named here or by the recording, with its settings, and of the recording's motion.
-pub(super) fn machine_of(
-    recording: &Recording,
-    named: Option<&Path>,
-    settings: &[Setting],
-) -> Result<Machine, Error> {
-    let Some(path) = named.or(recording.machine.as_deref()) else {
+/// The machine that was named, else the one that the recording names; of the recording's kind of motion.
+pub(super) fn machine_of(recording: &Recording, named: Option<&PathBuf>) -> Result<Machine, Error> {
+    let Some(path) = named.or(recording.machine.as_ref()) else {
         return Err(Error::new(ErrorKind::Missing)
             .file(&recording.path)
             .key("machine")
@@ -24,7 +18,7 @@ pub(super) fn machine_of(
     };
     let machine = Machine::read(path)?;
     check_motion(&machine, recording)?;
-    lay_over(&machine, settings, "--set")
+    Ok(machine)
 }
 
 /// Refuses a recording of an axis of another kind.
@@ -38,4 +32,19 @@ pub(super) fn check_motion(machine: &Machine, recording: &Recording) -> Result<(
         .found(format!("a {} axis", recording.motion()))
         .expected(format!("a {} one, as is the machine {}", machine.motion(), machine.file().display()))
         .remedy("name the machine that was recorded, or correct the signals' names"))
+}
+
+/// The runs of a recording, or the one of a name.
+pub(super) fn runs_of<'a>(recording: &'a Recording, name: Option<&str>) -> Result<Vec<&'a Run>, Error> {
+    let Some(name) = name else { return Ok(recording.runs().iter().collect()) };
+    let run = recording.run(name).ok_or_else(|| {
+        let names: Vec<&str> = recording.runs().iter().map(Run::name).collect();
+        Error::new(ErrorKind::Missing)
+            .file(&recording.path)
+            .key("--run")
+            .found(format!("`{name}`"))
+            .expected(format!("one of {}", names.join(", ")))
+            .remedy("name a run of the recording, or leave --run out for all")
+    })?;
+    Ok(vec![run])
 }

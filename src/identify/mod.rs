@@ -12,6 +12,7 @@ pub mod frequency_response;
 pub mod least_squares;
 pub mod margins;
 pub mod modes;
+pub mod nonlinear;
 mod polynomial;
 pub mod transfer;
 pub mod whiteness;

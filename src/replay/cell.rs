@@ -5,6 +5,7 @@ use std::str::FromStr;
 
 use super::Stroke;
 use crate::error::{Error, ErrorKind, Result};
+use crate::recording::Run;
 use crate::units::Motion;
 
 /// A stroke at a feed, written `STROKE@FEED`: m and m/min on a sliding axis, rad and rad/s on a turning one.
@@ -79,11 +80,53 @@ impl Cell {
 
     /// What a recording keeps of it: `stroke_m` and `feed_m_per_min`, or `stroke_rad` and `feed_rad_per_s`.
     pub fn metadata(self, motion: Motion) -> toml::Table {
-        let keys = match motion {
-            Motion::Prismatic => ["stroke_m", "feed_m_per_min"],
-            Motion::Revolute => ["stroke_rad", "feed_rad_per_s"],
+        keys(motion).into_iter().map(str::to_owned).zip([self.stroke.into(), self.feed.into()]).collect()
+    }
+
+    /// The cell that a recorded run states under the keys of [`metadata`](Self::metadata); none where it states neither.
+    ///
+    /// # Errors
+    /// One of the two keys without the other, anything but a number, a stroke of zero, a feed of zero or less.
+    pub fn of_run(run: &Run) -> Result<Option<Self>> {
+        let keys = keys(run.motion());
+        let refuse = |kind, key: &str, found: String, expected: &str| {
+            let error = Error::new(kind).key(format!("{}.{key}", run.name())).found(found).expected(expected);
+            let error = error.remedy(format!("state both {} and {} in its [[run]]", keys[0], keys[1]));
+            if run.file.as_os_str().is_empty() { error } else { error.file(&run.file) }
         };
-        keys.into_iter().map(str::to_owned).zip([self.stroke.into(), self.feed.into()]).collect()
+        let number = |key: &str| match run.metadata.get(key) {
+            None => Ok(None),
+            Some(value) => match value.as_float().or_else(|| value.as_integer().map(|n| n as f64)) {
+                Some(number) => Ok(Some(number)),
+                None => Err(refuse(ErrorKind::Syntax, key, format!("`{value}`"), "a number")),
+            },
+        };
+        match (number(keys[0])?, number(keys[1])?) {
+            (None, None) => Ok(None),
+            (Some(stroke), Some(feed)) => Self::new(stroke, feed).map(Some).map_err(|_| {
+                let found = format!("a stroke of {stroke} at a feed of {feed}");
+                refuse(
+                    ErrorKind::OutOfRange,
+                    keys[0],
+                    found,
+                    "a stroke that is not zero at a feed above zero",
+                )
+            }),
+            (Some(_), None) => {
+                Err(refuse(ErrorKind::Missing, keys[1], "a stroke without its feed".to_owned(), "both"))
+            }
+            (None, Some(_)) => {
+                Err(refuse(ErrorKind::Missing, keys[0], "a feed without its stroke".to_owned(), "both"))
+            }
+        }
+    }
+}
+
+/// Keys of stroke and feed in a recording.
+const fn keys(motion: Motion) -> [&'static str; 2] {
+    match motion {
+        Motion::Prismatic => ["stroke_m", "feed_m_per_min"],
+        Motion::Revolute => ["stroke_rad", "feed_rad_per_s"],
     }
 }
 

@@ -1,11 +1,13 @@
 //! Replay: strokes and recorded commands through the twin, for a whole run.
 
 mod cell;
+pub mod compared;
 mod controller_run;
 pub mod crosscheck;
 pub mod excitation;
 pub mod feedforward;
 mod figures;
+pub mod friction;
 pub mod gain_table;
 pub mod multisine;
 pub mod recorded;
@@ -16,6 +18,7 @@ mod together;
 pub mod windows;
 
 pub use cell::Cell;
+pub use compared::Compared;
 pub use controller_run::controller_run;
 pub use feedforward::Feedforward;
 pub use figures::{Figures, SETTLING_BAND};
@@ -26,6 +29,7 @@ pub use stroke::{Motion, Stroke};
 pub use together::run_together;
 
 use crate::plant::Plant;
+use crate::recording::Signal;
 use crate::twin::{Command, Sample, Twin};
 
 /// What a replay yields: one array per signal, one number per sample, in SI.
@@ -79,6 +83,19 @@ impl Traces {
             trace.drain(..samples.min(trace.len()));
         }
         slider_loads.drain(..samples.min(slider_loads.len()));
+    }
+
+    /// A signal by its name; none for those that a replay does not yield.
+    pub fn signal(&self, signal: Signal) -> Option<&[f64]> {
+        Some(match signal {
+            Signal::ControlEffort => &self.effort_v,
+            Signal::Current => &self.current,
+            Signal::Thrust => &self.thrust,
+            Signal::Position => &self.position,
+            Signal::Velocity => &self.velocity,
+            Signal::LoadPosition => &self.load_position,
+            _ => return None,
+        })
     }
 
     /// Number of samples.

@@ -142,7 +142,11 @@ impl Recorded {
     /// # Errors
     /// A run without position.
     pub fn along(run: &Run, reference: &[f64]) -> Result<Self> {
-        let start = Start::of(run, reference, run.require(Signal::Position)?);
+        Ok(Self::from(run, reference, Start::of(run, reference, run.require(Signal::Position)?)))
+    }
+
+    /// Commands of a run along a position reference of its length, from a start that is known.
+    pub(super) fn from(run: &Run, reference: &[f64], start: Start) -> Self {
         let period = run.sample_period_s();
         let disturbance = run.signal(Signal::DisturbanceVoltage);
         let commands = (0..reference.len())
@@ -163,7 +167,16 @@ impl Recorded {
                 }
             })
             .collect();
-        Ok(Self { commands, start })
+        Self { commands, start }
+    }
+
+    /// The same with the run's efforts, in V, in the place of the controller's: open loop.
+    #[must_use]
+    pub fn driven_by(mut self, effort_v: &[f64]) -> Self {
+        for (command, effort) in self.commands.iter_mut().zip(effort_v) {
+            command.effort_v = Some(*effort);
+        }
+        self
     }
 
     /// How the run begins.

@@ -4,6 +4,7 @@
 //! calibrated, what was noticed in the data → what next.
 
 mod changes;
+mod compared;
 pub mod confusion;
 mod crosscheck;
 mod extent;
@@ -22,6 +23,7 @@ mod terminal;
 mod tuned;
 mod which;
 
+pub use compared::compared;
 pub use crosscheck::crosscheck;
 pub use gains::{gain_table, gains};
 pub use printed::printed_equations;

@@ -1,13 +1,12 @@
 //! `slideway identify`: what a recording or a machine's solid model tells of the axis, one identifier a file.
 
+mod friction;
 mod gains;
 mod transfer;
 
 use std::process::ExitCode;
 
 use clap::{Args, Subcommand};
-use slideway::error::{Error, ErrorKind};
-use slideway::recording::{Recording, Run};
 
 use super::{Failure, Screen};
 
@@ -28,6 +27,8 @@ pub(super) struct Identify {
 enum Kind {
     /// The gains that a controller ran with, from its recorded signals
     Gains(gains::Gains),
+    /// Dry friction of the guide and acceleration time of the reference, through the machine's twin
+    Friction(friction::FrictionCommand),
 }
 
 impl Identify {
@@ -35,22 +36,8 @@ impl Identify {
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         match &self.kind {
             Some(Kind::Gains(gains)) => gains.run(screen),
+            Some(Kind::Friction(friction)) => friction.run(screen),
             None => self.transfer.run(screen),
         }
     }
-}
-
-/// The run of that name, or all runs.
-fn runs_of<'a>(recording: &'a Recording, name: Option<&str>) -> Result<Vec<&'a Run>, Error> {
-    let Some(name) = name else { return Ok(recording.runs().iter().collect()) };
-    let run = recording.run(name).ok_or_else(|| {
-        let names: Vec<&str> = recording.runs().iter().map(Run::name).collect();
-        Error::new(ErrorKind::Missing)
-            .file(&recording.path)
-            .key("--run")
-            .found(format!("`{name}`"))
-            .expected(format!("one of {}", names.join(", ")))
-            .remedy("name a run of the recording, or leave --run out for all")
-    })?;
-    Ok(vec![run])
 }

@@ -21,9 +21,9 @@ use slideway::report::{html, printed_equations};
 use slideway::units::Motion;
 
 use super::super::output::{Pictures, command_line};
+use super::super::subject::runs_of;
 use super::super::table::Table;
 use super::super::{Failure, Plant, Screen, style};
-use super::runs_of;
 
 /// Frame of a solid modeller's motion study: the first period at which a machine is identified by default.
 const MODELLER_FRAME_S: f64 = 0.025;

@@ -5,6 +5,7 @@
 
 mod budget;
 mod checks;
+mod compared;
 mod crosschecked;
 mod data;
 mod extent;
@@ -24,6 +25,7 @@ mod sheet;
 mod spectrum;
 mod traces;
 
+pub use compared::compared;
 pub use crosschecked::crosschecked;
 pub use identified::{Identified, Model, identified};
 pub use inspected::{machine, recording};
