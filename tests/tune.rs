@@ -7,7 +7,7 @@ use slideway::error::ErrorKind;
 use slideway::machine::Machine;
 use slideway::replay::crosscheck::cells_of;
 use slideway::replay::{Cell, Figures, Motion, PlantChoice, simulate};
-use slideway::report::{Style, html, tuned};
+use slideway::report::{Style, html, tuned, tuning_map};
 use slideway::tune::{
     Bench, Criterion, Departure, Knob, Limits, Objective, Outcome, Setting, Tuning, Written, WrittenLimit,
 };
@@ -147,6 +147,16 @@ fn exact_report_names_the_choice_and_draws_the_map() {
     assert!(
         text.contains("marked 22/220") && text.contains("On every stroke at least as good as 22/220"),
         "{text}"
+    );
+    let map = tuning_map(machine, tuning, outcome);
+    let lines: Vec<&str> = map.lines().collect();
+    assert_eq!(lines.len(), 1 + outcome.map.settings.len());
+    assert!(lines[0].starts_with("controller.integral,controller.proportional,position_overshoot_percent,"));
+    let row = lines.iter().find(|line| line.starts_with("19,260,")).unwrap();
+    let overshoot: f64 = row.split(',').nth(2).unwrap().parse().unwrap();
+    assert!(
+        (overshoot - 100.0 * outcome.own.worst()[0]).abs() < 1e-9 && row.ends_with("true,false"),
+        "{row}"
     );
     let page = html::sheet(&sheet, "slideway tune");
     assert_eq!(page.figures.len(), 1);

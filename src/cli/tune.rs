@@ -1,7 +1,7 @@
 //! `slideway tune`: numbers of a controller swept and optimised over strokes.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, ValueEnum};
@@ -9,10 +9,10 @@ use slideway::error::{Error, ErrorKind};
 use slideway::machine::{Machine, TunePlan};
 use slideway::replay::Cell;
 use slideway::replay::crosscheck::cells_of;
-use slideway::report::{Style, html, tuned};
+use slideway::report::{Style, html, tuned, tuning_map};
 use slideway::tune::{Knob, Limits, Objective, Tuning, Written, WrittenLimit};
 
-use super::output::{Pictures, command_line};
+use super::output::{Pictures, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
 use super::{Failure, Screen, style};
 
@@ -60,6 +60,9 @@ pub(super) struct Tune {
     /// Machine setting in force, by key path; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<Setting>,
+    /// Write every setting of the map with its criteria, worst of all strokes, as CSV
+    #[arg(long = "map", value_name = "FILE")]
+    map_file: Option<PathBuf>,
     #[command(flatten)]
     pictures: Pictures,
 }
@@ -86,6 +89,7 @@ impl Tune {
     /// Tunes and shows.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         self.pictures.check_places()?;
+        self.map_file.iter().try_for_each(|file| check_new(file))?;
         let machine = Machine::read(&self.machine)?;
         let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
         let machine = lay_over(&machine, &known, "--set")?;
@@ -93,7 +97,11 @@ impl Tune {
         let progress = screen.progress(tuning.least_settings() as u64, "replaying settings");
         let outcome = tuning.run(&machine, |settings| progress.inc(settings as u64));
         progress.finish_and_clear();
-        let sheet = tuned(&machine, &tuning, &outcome?);
+        let outcome = outcome?;
+        if let Some(file) = &self.map_file {
+            write(file, &tuning_map(&machine, &tuning, &outcome))?;
+        }
+        let sheet = tuned(&machine, &tuning, &outcome);
         let style = style();
         write!(screen.out, "{}", sheet.text(Style { width: style.width.max(WIDTH), ..style }))?;
         if self.pictures.are_wanted() {
@@ -158,6 +166,20 @@ impl Tune {
         let knobs = stated.vary.iter().map(|v| Knob::new(machine, &v.key, [v.from, v.to], v.step));
         Ok((knobs.collect::<Result<_, _>>()?, marks))
     }
+}
+
+/// Refuses a place that cannot be written, or a file that is there already: it may be a log.
+fn check_new(file: &Path) -> Result<(), Error> {
+    check_place(file, "--map")?;
+    if !file.exists() {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Io)
+        .file(file)
+        .key("--map")
+        .found("a file that is there already")
+        .expected("a new file")
+        .remedy("name another file, or delete it first"))
 }
 
 fn mark(text: &str) -> Result<Vec<f64>, Error> {

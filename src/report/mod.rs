@@ -29,4 +29,4 @@ pub use gains::{gain_table, gains};
 pub use printed::printed_equations;
 pub use sentence::sentence;
 pub use terminal::{Style, terminal};
-pub use tuned::tuned;
+pub use tuned::{tuned, tuning_map};

@@ -26,6 +26,26 @@ pub fn tuned(machine: &Machine, tuning: &Tuning, outcome: &Outcome) -> Sheet {
     }
 }
 
+/// Every setting of the map as CSV: its numbers, the criteria (worst of all strokes, in the units of their keys), the mean
+/// settling time, whether the loop is stable and all limits are kept.
+pub fn tuning_map(machine: &Machine, tuning: &Tuning, outcome: &Outcome) -> String {
+    let motion = machine.motion();
+    let keys = tuning.knobs.iter().map(|knob| knob.key.clone());
+    let criteria = Criterion::ALL.into_iter().map(|criterion| criterion.key(motion).to_owned());
+    let more = ["mean_settling_time_s", "is_stable", "keeps_limits"].map(str::to_owned);
+    let head: Vec<String> = keys.chain(criteria).chain(more).collect();
+    let row = |setting: &Setting| {
+        let criteria = Criterion::ALL.into_iter().zip(setting.worst());
+        let criteria = criteria.map(|(criterion, value)| (value / criterion.per_key()).to_string());
+        let numbers = setting.values.iter().map(f64::to_string).chain(criteria);
+        let mean = setting.mean(Criterion::SettlingTime).to_string();
+        let keeps = setting.excess(&tuning.limits) == 0.0;
+        numbers.chain([mean, setting.is_stable.to_string(), keeps.to_string()]).collect::<Vec<_>>().join(",")
+    };
+    let rows = outcome.map.settings.iter().map(row);
+    [head.join(",")].into_iter().chain(rows).map(|line| line + "\n").collect()
+}
+
 struct Report<'a> {
     machine: &'a Machine,
     tuning: &'a Tuning,

@@ -95,7 +95,7 @@ impl Criterion {
     }
 
     /// What one unit of its key is in the unit of its value.
-    fn per_key(self) -> f64 {
+    pub fn per_key(self) -> f64 {
         match self {
             Self::PositionOvershoot | Self::VelocityOvershoot | Self::ReverseVelocity => 0.01,
             _ => 1.0,
