@@ -9,7 +9,8 @@ use slideway::replay::crosscheck::cells_of;
 use slideway::replay::{Cell, Figures, Motion, PlantChoice, simulate};
 use slideway::report::{Style, html, tuned, tuning_map};
 use slideway::tune::{
-    Bench, Criterion, Departure, Knob, Limits, Objective, Outcome, Setting, Tuning, Written, WrittenLimit,
+    Bench, Criterion, Departure, Kind, Knob, Limits, Objective, Outcome, Setting, Tuning, Written,
+    WrittenLimit,
 };
 use slideway::twin::Sensing;
 use std::path::Path;
@@ -116,10 +117,9 @@ fn ref_a_setting_at_least_as_good_as_the_published_retuning_is_found() {
 fn exact_re_check_covers_mass_friction_and_base() {
     let (_, tuning, outcome) = published();
     let rows = &outcome.robustness.rows;
-    let count = |kind: fn(&Departure) -> bool| rows.iter().filter(|(d, _)| kind(d)).count();
-    assert_eq!(count(|d| matches!(d, Departure::Mass(_))), 4);
-    assert_eq!(count(|d| matches!(d, Departure::Friction(_))), 4);
-    assert_eq!(count(|d| matches!(d, Departure::BaseFrequencies(_))), 4);
+    for kind in Kind::ALL {
+        assert_eq!(rows.iter().filter(|(departure, _)| departure.kind() == kind).count(), 4, "{kind:?}");
+    }
     // Without friction, mass or base off it does what the choice did.
     let undisturbed = rows.iter().find(|(d, _)| *d == Departure::Friction(0.0)).unwrap();
     assert_eq!(undisturbed.1.strokes, outcome.chosen.strokes);
@@ -130,7 +130,7 @@ fn exact_re_check_covers_mass_friction_and_base() {
     };
     assert!(thrust(Departure::Mass(0.2)) > 1.02 * thrust(Departure::Mass(-0.2)));
     // What gives first is a limit that is exceeded at that departure and at no smaller one.
-    for kind in [|d: Departure| matches!(d, Departure::Mass(_)), |d| matches!(d, Departure::Friction(_))] {
+    for kind in Kind::ALL {
         let Some((first, criterion)) = outcome.robustness.gives_first(&tuning.limits, kind) else { continue };
         let row = rows.iter().find(|(d, _)| *d == first).unwrap();
         assert!(tuning.limits.excess(criterion, of(&row.1, criterion)) > 0.0);

@@ -4,7 +4,7 @@ use super::figure::{Figure, Map, Panel};
 use super::number::{plain, value};
 use super::sheet::{Section, Sheet};
 use crate::machine::Machine;
-use crate::tune::{Criterion, Departure, Outcome, Setting, Tuning};
+use crate::tune::{Criterion, Departure, Kind, Outcome, Setting, Tuning};
 use crate::units::Motion;
 
 /// Rows of the map's table: the best settings.
@@ -253,15 +253,11 @@ impl Report<'_> {
         let mut section =
             Section::new(format!("The chosen setting {} on other machines", self.name(&chosen.values)))
                 .table(&HEADS, rows.collect());
-        let kinds: [(&str, fn(Departure) -> bool); 3] = [
-            ("mass", |d| matches!(d, Departure::Mass(_))),
-            ("friction", |d| matches!(d, Departure::Friction(_))),
-            ("base frequencies", |d| matches!(d, Departure::BaseFrequencies(_))),
-        ];
-        for (name, kind) in kinds {
-            if !robustness.rows.iter().any(|(departure, _)| kind(*departure)) {
+        for kind in Kind::ALL {
+            if !robustness.rows.iter().any(|(departure, _)| departure.kind() == kind) {
                 continue;
             }
+            let name = kind.name();
             section = section.words(match robustness.gives_first(&self.tuning.limits, kind) {
                 Some((departure, criterion)) => {
                     format!("{name}: {} gives first, at {}.", criterion.name(), self.departure(departure))

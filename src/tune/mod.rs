@@ -13,7 +13,7 @@ mod search;
 pub use criteria::{Criterion, Limits, Values, WrittenLimit};
 pub use knob::{Knob, Written};
 pub use measure::{Bench, Setting};
-pub use robust::{Departure, Robustness};
+pub use robust::{Departure, Kind, Robustness};
 pub use search::{Map, Objective};
 
 use crate::error::{Error, ErrorKind, Result};

@@ -61,19 +61,49 @@ impl Robustness {
     }
 
     /// What gives first for departures of one kind: the smallest departure beyond the limits, and the criterion.
-    pub fn gives_first(
-        &self,
-        limits: &Limits,
-        kind: fn(Departure) -> bool,
-    ) -> Option<(Departure, Criterion)> {
-        let of_kind = self.rows.iter().filter(|(departure, _)| kind(*departure));
+    pub fn gives_first(&self, limits: &Limits, kind: Kind) -> Option<(Departure, Criterion)> {
+        let of_kind = self.rows.iter().filter(|(departure, _)| departure.kind() == kind);
         let given =
             of_kind.filter_map(|(departure, setting)| Some((*departure, limits.worst(&setting.worst())?)));
         given.min_by(|(a, _), (b, _)| a.size().total_cmp(&b.size()))
     }
 }
 
+/// What departs.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Moving mass or inertia.
+    Mass,
+    /// Coulomb friction.
+    Friction,
+    /// Frequencies of the base.
+    BaseFrequencies,
+}
+
+impl Kind {
+    /// Every kind.
+    pub const ALL: [Self; 3] = [Self::Mass, Self::Friction, Self::BaseFrequencies];
+
+    /// Its word.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Mass => "mass",
+            Self::Friction => "friction",
+            Self::BaseFrequencies => "base frequencies",
+        }
+    }
+}
+
 impl Departure {
+    /// What departs.
+    pub fn kind(self) -> Kind {
+        match self {
+            Self::Mass(_) => Kind::Mass,
+            Self::Friction(_) => Kind::Friction,
+            Self::BaseFrequencies(_) => Kind::BaseFrequencies,
+        }
+    }
+
     fn size(self) -> f64 {
         match self {
             Self::Mass(size) | Self::Friction(size) | Self::BaseFrequencies(size) => size.abs(),
