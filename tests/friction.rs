@@ -145,7 +145,6 @@ fn exact_intervals_hold_as_often_as_they_say() {
         let count = list.len() as f64;
         let scatter = (list.iter().map(|e| (e.value - truth).powi(2)).sum::<f64>() / count).sqrt();
         let stated = list.iter().map(|e| e.standard_error).sum::<f64>() / count;
-        println!("{word}: {held} of {SEEDS} hold; scatter {scatter:.3e}, stated {stated:.3e}");
         assert!(held >= LEAST_HELD, "{word}: {held} of {SEEDS} intervals hold");
         // Wide intervals would hold always: they are not wider than the scatter asks for by more than a half.
         assert!(stated < 1.5 * scatter, "{word}: scatter {scatter}, stated {stated}");

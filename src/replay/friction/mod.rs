@@ -148,7 +148,7 @@ fn start_off(subject: &Subject) -> Vec<Unknown> {
         step,
     };
     let mut list = vec![of("position at the start", BASE_STEP * range(subject.recorded(0)))];
-    if subject.has_effort() {
+    if subject.has_start_effort() {
         let effort = subject.run.signal(Signal::ControlEffort).unwrap_or_default();
         list.push(of("effort at the start", FORCE_STEP * range(effort).max(f64::MIN_POSITIVE)));
     }
@@ -230,7 +230,7 @@ impl Problem {
                 start_off: [values[next], 0.0],
             };
             next += 1;
-            if subject.has_effort() {
+            if subject.has_start_effort() {
                 numbers.start_off[1] = values[next];
                 next += 1;
             }

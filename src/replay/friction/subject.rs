@@ -34,6 +34,8 @@ pub(super) struct Subject {
     start: Start,
     /// σ of each signal at each sample.
     sigma: [Vec<f64>; 2],
+    /// Whether the commanded voltage at the start matters: where it is logged and the controller has an integrator to hold it.
+    has_start_effort: bool,
 }
 
 impl Subject {
@@ -66,8 +68,16 @@ impl Subject {
         };
         let start = Start::of(run, &reference, position);
         let signals = [Signal::Position, force];
-        let mut subject =
-            Self { run: run.clone(), profile, signals, machine, start, sigma: [Vec::new(), Vec::new()] };
+        let mut subject = Self {
+            run: run.clone(),
+            profile,
+            signals,
+            machine,
+            start,
+            sigma: [Vec::new(), Vec::new()],
+            has_start_effort: false,
+        };
+        subject.has_start_effort = subject.start_effort_matters()?;
         subject.sigma = [0, 1].map(|k| vec![(ROUGH[k] * range(subject.recorded(k))).max(1e-12); run.len()]);
         Ok(subject)
     }
@@ -84,9 +94,24 @@ impl Subject {
         self.run.signal(self.signals[k]).unwrap_or_default()
     }
 
-    /// Whether the commanded voltage at the start is known, so that it can be off.
-    pub(super) fn has_effort(&self) -> bool {
-        self.start.effort_v.is_some()
+    /// Whether the commanded voltage at the start can be off.
+    pub(super) fn has_start_effort(&self) -> bool {
+        self.has_start_effort
+    }
+
+    /// Whether another voltage at the start changes the replay.
+    fn start_effort_matters(&self) -> Result<bool> {
+        let Some(effort_v) = self.start.effort_v else { return Ok(false) };
+        let (starts, base) = match &self.profile {
+            Profile::Strokes(strokes) => (strokes.start_s.clone(), strokes.base),
+            Profile::Logged(_) => (Vec::new(), 0.0),
+        };
+        let ramp_s = self.machine.description().reference.acceleration_time_s;
+        let mut numbers = Numbers { ramp_s, coulomb: 0.0, viscous: None, starts, base, start_off: [0.0; 2] };
+        let as_shown = self.replay(&numbers, Sensing::Perfect)?;
+        numbers.start_off[1] = 1e-3 * effort_v.abs().max(1.0);
+        let other = self.replay(&numbers, Sensing::Perfect)?;
+        Ok(as_shown.signal(self.signals[1]) != other.signal(self.signals[1]))
     }
 
     /// The machine with the numbers of a replay.
