@@ -8,10 +8,11 @@ use std::process::{Command, Output};
 
 use slideway::error::ErrorKind;
 use slideway::machine::Machine;
+use slideway::plant::axis::Axis;
 use slideway::recording::{Existing, Format, Recording, Run, Signal};
 use slideway::replay::compared::DrivenBy;
 use slideway::replay::recording::recorded;
-use slideway::replay::{Cell, Compared, Motion, PlantChoice, simulate};
+use slideway::replay::{Cell, Compared, Feedforward, Motion, PlantChoice, Recorded, Traces, simulate};
 use slideway::twin::Sensing;
 use tempfile::TempDir;
 
@@ -227,4 +228,24 @@ fn exact_a_run_that_cannot_be_replayed_is_named() {
         &["replay", "--recording", place.to_str().unwrap()],
         &["own.csv", "own.position_reference_m", "control_effort_v"],
     );
+}
+
+/// A run that states what was fed forward is replayed with it; its effort is the feedback's share.
+#[test]
+fn exact_stated_feedforward_is_replayed() {
+    let machine = grinder();
+    let recording = Recording::read(published()).unwrap();
+    let run = &recording.runs()[0];
+    let reference = run.signal(Signal::PositionReference).unwrap();
+    let forward = Feedforward { mass_kg: 51.0, viscous_n_s_per_m: 300.0, ..Feedforward::default() };
+    let along = Recorded::along(run, reference).unwrap();
+    let real = forward.replay(&along, &machine, Axis::of(&machine.constants()), Sensing::Perfect);
+    let traces = Traces { effort_v: real.feedback_v(), ..real.traces };
+    let mut told = recorded("forward", &machine, reference, traces).unwrap();
+    let plain = Compared::of(&told, &machine, PlantChoice::Axis).unwrap();
+    assert!(plain.of_signal(Signal::Position).unwrap().rms > 1e-4, "{:?}", plain.agreement);
+    told.metadata.insert("feedforward".to_owned(), toml::Value::try_from(forward).unwrap());
+    let with = Compared::of(&told, &machine, PlantChoice::Axis).unwrap();
+    assert!(with.of_signal(Signal::Position).unwrap().rms < 1e-8, "{:?}", with.agreement);
+    assert!(with.of_signal(Signal::ControlEffort).unwrap().rms < 1e-4, "{:?}", with.agreement);
 }

@@ -1,10 +1,11 @@
 //! A recorded run beside what the machine's twin makes of it: how far each signal is off.
 
-use super::{Cell, Figures, PlantChoice, Recorded, Traces};
+use super::feedforward::RUN_KEY;
+use super::{Cell, Feedforward, Figures, PlantChoice, Recorded, Traces};
 use crate::drive::motor::Motor;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
-use crate::plant::{axis::Axis, mujoco::MujocoRig, rapier::Rig};
+use crate::plant::{Plant, axis::Axis, mujoco::MujocoRig, rapier::Rig};
 use crate::recording::{Run, Signal};
 use crate::twin::Sensing;
 use crate::units::Motion;
@@ -99,7 +100,7 @@ pub struct Compared {
 }
 
 impl Compared {
-    /// Replays a run with its settings on a plant.
+    /// Replays a run with its settings, and with the feed-forward that it states, on a plant.
     ///
     /// # Errors
     /// A run without position, or with neither a reference that the machine's controller could follow nor an effort;
@@ -110,11 +111,12 @@ impl Compared {
         let machine = as_set(run, machine)?;
         let cell = Cell::of_run(run)?;
         let (recorded, driven_by) = driven(run, &machine)?;
-        let perfect = Sensing::Perfect;
+        let feedforward = feedforward(run, driven_by)?;
+        let walk = Walk { recorded: &recorded, machine: &machine, feedforward };
         let twin = match plant {
-            PlantChoice::Rapier => recorded.replay(&machine, Rig::new(&machine)?, perfect),
-            PlantChoice::Axis => recorded.replay(&machine, Axis::of(&machine.constants()), perfect),
-            PlantChoice::Mujoco => recorded.replay(&machine, MujocoRig::new(&machine)?, perfect),
+            PlantChoice::Rapier => walk.on(Rig::new(&machine)?),
+            PlantChoice::Axis => walk.on(Axis::of(&machine.constants())),
+            PlantChoice::Mujoco => walk.on(MujocoRig::new(&machine)?),
         };
         let agreement = agreement(run, &machine, &twin);
         let figures = match cell {
@@ -128,6 +130,35 @@ impl Compared {
     pub fn of_signal(&self, signal: Signal) -> Option<&Agreement> {
         self.agreement.iter().find(|agreement| agreement.signal == signal)
     }
+}
+
+/// A replay but for its plant.
+struct Walk<'a> {
+    recorded: &'a Recorded,
+    machine: &'a Machine,
+    feedforward: Option<Feedforward>,
+}
+
+impl Walk<'_> {
+    fn on<P: Plant>(&self, plant: P) -> Traces {
+        match &self.feedforward {
+            Some(forward) => {
+                let replayed = forward.replay(self.recorded, self.machine, plant, Sensing::Perfect);
+                let effort_v = replayed.feedback_v();
+                Traces { effort_v, ..replayed.traces }
+            }
+            None => self.recorded.replay(self.machine, plant, Sensing::Perfect),
+        }
+    }
+}
+
+/// The inverse-dynamics feed-forward that a run states; its logged effort is then the feedback's share. A twin driven by
+/// that effort alone does not get it.
+fn feedforward(run: &Run, driven_by: DrivenBy) -> Result<Option<Feedforward>> {
+    if driven_by == DrivenBy::Effort || !run.metadata.contains_key(RUN_KEY) {
+        return Ok(None);
+    }
+    Feedforward::of(run).map(Some)
 }
 
 /// An error about a run: its file, its name and the key.
