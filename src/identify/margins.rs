@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::error::{Error, ErrorKind, Result};
 
 /// Relative step at which a crossing counts as found; it converges faster than linearly, so what is left is far less.
-const CROSSING_TOLERANCE: f64 = 1e-12;
+const CROSSING_TOLERANCE: f64 = 1e-11;
 /// Steps in which every crossing is found.
 const MOST_STEPS: usize = 80;
 /// Parabolas by which the nearest point is refined: each takes the error to about its power 1.3.

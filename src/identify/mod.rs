@@ -11,6 +11,7 @@ pub mod first_order;
 pub mod frequency_response;
 pub mod gain_regression;
 pub mod least_squares;
+pub mod loop_response;
 pub mod margins;
 pub mod modes;
 mod polynomial;

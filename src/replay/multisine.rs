@@ -202,6 +202,16 @@ impl Multisine {
         self.lines.iter().map(|line| *line as f64 / duration).collect()
     }
 
+    /// Length of a period in s.
+    pub fn duration_s(&self) -> f64 {
+        self.period.len() as f64 * self.sample_period_s
+    }
+
+    /// The command's largest magnitude, in V, m or rad.
+    pub fn peak(&self) -> f64 {
+        peak(&self.period)
+    }
+
     /// Peak over root mean square.
     pub fn crest_factor(&self) -> f64 {
         let square: f64 = self.period.iter().map(|w| w * w).sum();

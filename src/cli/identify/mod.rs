@@ -1,5 +1,9 @@
 //! `slideway identify`: what a recording or a machine's solid model tells of the axis, one identifier a file.
 
+mod band;
+mod excited;
+mod multisine;
+mod response;
 mod transfer;
 
 use std::process::ExitCode;
@@ -22,13 +26,19 @@ pub(super) struct Identify {
 
 /// A new identifier is a file here, a line in this list and one in [`Identify::run`].
 #[derive(Debug, Subcommand)]
-enum Kind {}
+enum Kind {
+    /// Frequency response of plant, open loop and closed loop, margins and modes
+    Response(response::Response),
+    /// Write a multisine within the machine's limits as a run to record
+    Multisine(multisine::MultisineCommand),
+}
 
 impl Identify {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         match &self.kind {
-            Some(kind) => match *kind {},
+            Some(Kind::Response(response)) => response.run(screen),
+            Some(Kind::Multisine(multisine)) => multisine.run(screen),
             None => self.transfer.run(screen),
         }
     }

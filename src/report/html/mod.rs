@@ -18,6 +18,7 @@ mod page;
 mod place;
 mod provenance;
 mod replayed;
+mod response;
 mod scale;
 mod scene;
 mod spectrum;
@@ -28,6 +29,7 @@ pub use identified::{Identified, Model, identified};
 pub use inspected::{machine, recording};
 pub use page::Page;
 pub use replayed::replayed;
+pub use response::{Responded, Response, responded};
 
 use super::material::Material;
 use crate::diagnose::{Diagnosis, Verdict};
