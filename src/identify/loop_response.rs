@@ -1,5 +1,7 @@
 //! Plant, open loop, closed loop and structure from the recorded signals of a loop.
 
+use nalgebra::Complex;
+
 use super::frequency_response::{Point, Signals, periodic, spectral};
 use crate::error::{Error, ErrorKind, Result};
 use crate::recording::{Run, Signal};
@@ -11,8 +13,9 @@ pub const BAND_KEY: &str = "excitation_band_hz";
 
 /// Time in which the start of a periodic excitation dies away, in s, as far as the run is long enough.
 const START_S: f64 = 2.0;
-/// Segments into which the longest run is cut where no resolution is asked for.
+/// Segments that there are about in all where no resolution is asked for.
 const SEGMENTS: usize = 8;
+/// Longest segment where no resolution is asked for, in samples.
 const LONGEST_SEGMENT: usize = 8192;
 /// Coherence from which on a point belongs to a measured response.
 pub const COHERENT: f64 = 0.8;
@@ -54,6 +57,16 @@ pub struct Measured {
 }
 
 impl Measured {
+    /// The response in series with another one that is known exactly: bands and coherence stay.
+    #[must_use]
+    pub fn times(mut self, known: impl Fn(f64) -> Complex<f64>) -> Self {
+        for point in &mut self.points {
+            let product = point.response() * known(point.frequency_hz);
+            (point.re, point.im) = (product.re, product.im);
+        }
+        self
+    }
+
     /// The longest part of the band without a gap in coherence.
     pub fn coherent(&self) -> &[Point] {
         let runs = self.points.split(|p| p.coherence < COHERENT || !p.relative_sd.is_finite());
@@ -101,13 +114,13 @@ pub fn measured(runs: &[&Run], part: Part, resolution_hz: Option<f64>) -> Result
         }
     };
     let triples: Vec<[Vec<f64>; 3]> = triples.iter().map(|three| three.each_ref().map(differenced)).collect();
-    let longest = triples.iter().map(|[r, ..]| r.len()).max().unwrap_or_default();
+    let lengths = || triples.iter().map(|[r, ..]| r.len());
+    let (total, shortest) = (lengths().sum::<usize>(), lengths().min().unwrap_or_default());
     let length = match resolution_hz {
         Some(resolution) if resolution > 0.0 => (1.0 / (resolution * period_s)).round() as usize,
-        _ => (2 * longest / (SEGMENTS + 1)).min(LONGEST_SEGMENT),
+        // Strokes begin and end at rest: a segment as long as a run leaks least.
+        _ => (2 * total / (SEGMENTS + 1)).min(shortest).min(LONGEST_SEGMENT),
     };
-    let of = |[r, u, y]: &'_ [Vec<f64>; 3]| -> (usize, usize, usize) { (r.len(), u.len(), y.len()) };
-    debug_assert!(triples.iter().all(|three| of(three).0 == of(three).1));
     let signals: Vec<Signals> =
         triples.iter().map(|[r, u, y]| Signals { instrument: r, input: u, output: y }).collect();
     Ok(Measured { points: spectral(&signals, period_s, length)?, instrument, is_periodic: false })

@@ -116,10 +116,9 @@ impl Margins {
         for pair in points.windows(2) {
             found.between(pair[0], pair[1], &exact);
         }
-        if let Some(&(frequency, value)) = points.last() {
-            if value.re < 0.0 && value.im.abs() <= REAL * value.norm() {
-                found.phase_crossover(frequency, value);
-            }
+        let is_real = |l: Complex<f64>| l.im.abs() <= REAL * l.norm();
+        if let Some((frequency, value)) = points.last().filter(|(_, l)| l.re < 0.0 && is_real(*l)) {
+            found.phase_crossover(*frequency, *value);
         }
         found.modulus = nearest(points, exact);
         found

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Complex;
 
 use crate::controller::{Gains, ReferenceDelay};
+use crate::drive::motor::Circuit;
 use crate::effect::Constants;
 use crate::error::{Error, ErrorKind, Result};
 use crate::identify::margins::Margins;
@@ -61,7 +62,6 @@ impl LinearPlant {
 
     /// The linear part of a twin with these constants, whose references reach the controller `reference_delay_s` late.
     pub fn of_constants(constants: &Constants, reference_delay_s: f64) -> Self {
-        use crate::drive::motor::Circuit;
         let to_voltage = SampledResponse::to_voltage(constants);
         let has_back_emf = matches!(constants.circuit, Circuit::Winding { back_emf, .. } if back_emf != 0.0);
         let mut plant = Self {

@@ -82,6 +82,15 @@ impl From<Of> for Part {
     }
 }
 
+/// What is looked at.
+struct Subject {
+    name: String,
+    note: Option<String>,
+    sha256: Option<String>,
+    runs: Vec<Run>,
+    machine: Option<Machine>,
+}
+
 /// The linear part of the machine, where there is a machine.
 struct Computed {
     plant: Option<LinearPlant>,
@@ -92,15 +101,12 @@ impl Response {
     /// Measures, fits, prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         self.pictures.check_places()?;
-        let (subject, note, sha256, runs, machine) = self.data()?;
+        let Subject { name: subject, note, sha256, runs, machine } = self.subject()?;
         let all: Vec<&Run> = runs.iter().collect();
         let computed = Computed::of(machine.as_ref());
-        if self.recording.is_none() && computed.looped.is_none() {
-            return Err(no_loop(machine.as_ref()).into());
-        }
-        let response = self.within(measured(&all, self.of.into(), self.resolution)?);
+        let (response, how) = self.measured(&all, &computed)?;
         let (structure, modal) = self.modal(&all, machine.as_ref())?;
-        let sentence = self.sentence(&response, &all);
+        let sentence = self.sentence(&response, &all, how);
         let motion = all[0].motion();
         writeln!(screen.out, "{subject}\n{sentence}")?;
         let margins = self.margins(&response, &computed);
@@ -133,37 +139,52 @@ impl Response {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Subject, note, hash, runs and machine.
-    #[allow(clippy::type_complexity, reason = "read once, right below")]
-    fn data(&self) -> Result<(String, Option<String>, Option<String>, Vec<Run>, Option<Machine>), Error> {
-        if let Some(path) = &self.recording {
-            let recording = Recording::read(path)?;
-            let named = self.machine.is_some();
-            let place = self.machine.as_ref().or(recording.machine.as_ref());
-            let read = place.map(|place| Machine::read(place)).transpose();
-            // A machine that was asked for must be there; one that the recording names may be elsewhere.
-            let machine = if named { read? } else { read.unwrap_or_default() };
-            let machine = machine.map(|machine| self.set(&machine)).transpose()?;
-            let subject = recording.path.display().to_string();
-            let runs = recording.runs().to_vec();
-            return Ok((subject, recording.note.clone(), Some(recording.sha256()), runs, machine));
-        }
+    fn subject(&self) -> Result<Subject, Error> {
+        let Some(path) = &self.recording else { return self.twin() };
+        let recording = Recording::read(path)?;
+        let machine = match (&self.machine, &recording.machine) {
+            (Some(place), _) => Some(Machine::read(place)?),
+            // One that only the recording names may be elsewhere.
+            (None, Some(place)) => Machine::read(place).ok(),
+            (None, None) => None,
+        };
+        Ok(Subject {
+            name: recording.path.display().to_string(),
+            note: recording.note.clone(),
+            sha256: Some(recording.sha256()),
+            runs: recording.runs().to_vec(),
+            machine: machine.map(|machine| self.set(&machine)).transpose()?,
+        })
+    }
+
+    /// The machine's twin, excited.
+    fn twin(&self) -> Result<Subject, Error> {
         let place = self.machine.clone().unwrap_or_default();
         let machine = self.set(&Machine::read(&place)?)?;
-        if machine.description().controller.is_none() {
-            return Err(no_loop(Some(&machine)));
-        }
-        let Excited { runs, note } = excited::excited(
-            &machine,
-            &excited::Plan {
-                excitation: self.excitation,
-                plant: self.plant.into(),
-                by_reference: self.of == Of::ClosedLoop,
-                band: self.band,
-                resolution_hz: self.resolution,
-            },
-        )?;
-        Ok((machine.description().name.clone(), Some(note), None, runs, Some(machine)))
+        let plan = excited::Plan {
+            excitation: self.excitation,
+            plant: self.plant.into(),
+            by_reference: self.of == Of::ClosedLoop,
+            band: self.band,
+            resolution_hz: self.resolution,
+        };
+        let Excited { runs, note } = excited::excited(&machine, &plan)?;
+        let name = machine.description().name.clone();
+        Ok(Subject { name, note: Some(note), sha256: None, runs, machine: Some(machine) })
+    }
+
+    /// The response that was asked for; of an open loop into which no voltage was injected, the plant in series with the
+    /// feedback of the machine's controller.
+    fn measured(&self, runs: &[&Run], computed: &Computed) -> Result<(Measured, &'static str), Error> {
+        let direct = measured(runs, self.of.into(), self.resolution);
+        let (response, how) = match (direct, &computed.looped) {
+            (Err(error), Some(looped)) if self.of == Of::OpenLoop && error.kind() == ErrorKind::Missing => {
+                let plant = measured(runs, Part::Plant, self.resolution).map_err(|_| error)?;
+                (plant.times(|f| looped.feedback(f)), ", plant measured, controller as stated")
+            }
+            (direct, _) => (direct?, ""),
+        };
+        Ok((self.within(response), how))
     }
 
     fn set(&self, machine: &Machine) -> Result<Machine, Error> {
@@ -179,7 +200,7 @@ impl Response {
         response
     }
 
-    fn sentence(&self, response: &Measured, runs: &[&Run]) -> String {
+    fn sentence(&self, response: &Measured, runs: &[&Run], more: &str) -> String {
         let coherent = response.coherent();
         let how = if response.is_periodic { "whole periods averaged" } else { "Welch's averaged segments" };
         let band = match (coherent.first(), coherent.last()) {
@@ -188,7 +209,7 @@ impl Response {
         };
         let count = if runs.len() == 1 { "1 run".to_owned() } else { format!("{} runs", runs.len()) };
         format!(
-            "{} from {count}, {} as instrument, {how}; {band}",
+            "{} from {count}{more}, {} as instrument, {how}; {band}",
             capitalised(Part::from(self.of).word()),
             response.instrument.key(runs[0].motion()),
         )
@@ -246,7 +267,7 @@ impl Response {
     }
 
     fn drawn(&self, response: &Measured, computed: &Computed, motion: Motion) -> html::Response {
-        let frequencies = || computed.frequencies(self.of == Of::Plant, &response.points);
+        let frequencies = || computed.frequencies(&response.points);
         let curve = |of: &dyn Fn(f64) -> nalgebra::Complex<f64>| frequencies().map(|f| (f, of(f))).collect();
         let computed_curve: Vec<_> = match (self.of, &computed.looped, &computed.plant) {
             (Of::Plant, _, Some(plant)) => curve(&|f| plant.plant(f)),
@@ -280,7 +301,6 @@ impl Computed {
     /// Frequencies of the computed curve: the plant's own where they lie in the measured band.
     fn frequencies(
         &self,
-        _of_plant: bool,
         measured: &[slideway::identify::frequency_response::Point],
     ) -> impl Iterator<Item = f64> {
         let ends = [measured.first(), measured.last()].map(|p| p.map_or(0.0, |p| p.frequency_hz));
@@ -338,18 +358,6 @@ fn margin(margins: &Margins, row: usize) -> Option<(String, f64)> {
 fn capitalised(words: &str) -> String {
     let mut letters = words.chars();
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
-}
-
-fn no_loop(machine: Option<&Machine>) -> Error {
-    let error = Error::new(ErrorKind::Missing)
-        .key("controller")
-        .found("a machine without a control law: no loop that could be excited")
-        .expected("the table [controller]")
-        .remedy("state the control law, or give a recording and ask --of plant");
-    match machine {
-        Some(machine) => error.file(machine.file()),
-        None => error,
-    }
 }
 
 /// Heads and rows of the modes found beside those stated, and a remark.

@@ -96,67 +96,22 @@ fn decibels(value: f64) -> f64 {
 
 /// Magnitude in dB, phase in degrees, coherence, each with the 95 % band.
 fn figure(response: &Response) -> Figure {
-    let Response { title, unit, measured, computed, marked, computed_word, .. } = response;
+    let Response { title, measured, computed, computed_word, .. } = response;
     let sure: Vec<&Point> = measured.iter().filter(|p| p.coherence >= COHERENT).collect();
-    let frequencies = || sure.iter().map(|p| p.frequency_hz).chain(computed.iter().map(|(f, _)| *f));
-    let across = |label: &str| Axis::decades(label, frequencies());
-    let magnitude = |z: Complex<f64>| decibels(z.norm());
-    let band: Vec<[f64; 3]> = sure
-        .iter()
-        .map(|p| p.magnitude_ci95())
-        .zip(&sure)
-        .map(|([low, high], p)| {
-            [p.frequency_hz, decibels(low.max(1e-3 * p.response().norm())), decibels(high)]
-        })
-        .collect();
-    let own = phases(computed.iter().copied());
-    let measured_phase = beside(phases(sure.iter().map(|p| (p.frequency_hz, p.response()))), &own);
-    let phase_band: Vec<[f64; 3]> = measured_phase
-        .iter()
-        .zip(&sure)
-        .map(|([f, angle], p)| [*f, angle - p.phase_half_width_deg(), angle + p.phase_half_width_deg()])
-        .collect();
-    let dots = |points: Vec<[f64; 2]>| Mark::Dots { ink: Ink::Measured, points };
-    let ribbon = |points: Vec<[f64; 3]>| Mark::Ribbon { ink: Ink::Measured, points };
-    let events = |named: bool| {
-        marked.iter().map(move |(x, word)| Mark::Event {
-            x: *x,
-            word: if named { word.clone() } else { String::new() },
-        })
+    let across = |label: &str| {
+        let frequencies = sure.iter().map(|p| p.frequency_hz).chain(computed.iter().map(|(f, _)| *f));
+        Axis::decades(label, frequencies)
     };
-    let heights =
-        || sure.iter().map(|p| magnitude(p.response())).chain(computed.iter().map(|(_, z)| magnitude(*z)));
-    let angles = measured_phase.iter().chain(&own).map(|p| p[1]).collect::<Vec<_>>();
-    let in_dots = sure.iter().map(|p| [p.frequency_hz, magnitude(p.response())]).collect();
-    let mut upper = vec![
-        ribbon(band),
-        dots(in_dots),
-        Mark::line(Ink::After, computed.iter().map(|(f, z)| [*f, magnitude(*z)])),
-    ];
-    upper.extend(events(true));
-    let mut middle = vec![ribbon(phase_band), dots(measured_phase), Mark::line(Ink::After, own)];
-    middle.extend(events(false));
     let is_last = sure.is_empty();
-    let unit = if unit.is_empty() { "dB".to_owned() } else { format!("dB ({unit})") };
-    let chart = |title: &str, x: Axis, y: Axis, marks: Vec<Mark>, height: f64| {
-        let has_x_labels = !x.label.is_empty();
-        Panel::Chart(Chart { title: title.to_owned(), x, y, marks, height, has_x_labels })
-    };
-    let below = if is_last { "frequency in Hz" } else { "" };
     let mut panels = vec![
-        chart("magnitude", across(""), Axis::holding(unit, heights()), upper, 190.0),
-        chart("phase", across(below), Axis::holding("°", angles), middle, 150.0),
+        magnitude(response, &sure, across("")),
+        phase(response, &sure, across(if is_last { "frequency in Hz" } else { "" })),
     ];
     if !is_last {
         let points = measured.iter().map(|p| [p.frequency_hz, p.coherence]);
-        let coherence = vec![Mark::line(Ink::Measured, points)];
-        panels.push(chart(
-            "coherence",
-            across("frequency in Hz"),
-            Axis::linear("γ²", [0.0, 1.05]),
-            coherence,
-            70.0,
-        ));
+        let marks = vec![Mark::line(Ink::Measured, points)];
+        let y = Axis::linear("γ²", [0.0, 1.05]);
+        panels.push(chart("coherence", across("frequency in Hz"), y, marks, 70.0));
     }
     let caption = match is_last {
         true => format!("Frequency response, {title}: {computed_word}."),
@@ -165,13 +120,60 @@ fn figure(response: &Response) -> Figure {
         ),
     };
     let mut figure = Figure::new(response.name.clone(), caption, panels);
-    if !sure.is_empty() {
+    if !is_last {
         figure.legend.push((Ink::Measured, "measured, 95 % band".to_owned()));
     }
     if !computed.is_empty() {
         figure.legend.push((Ink::After, computed_word.clone()));
     }
     figure
+}
+
+fn chart(title: &str, x: Axis, y: Axis, marks: Vec<Mark>, height: f64) -> Panel {
+    let has_x_labels = !x.label.is_empty();
+    Panel::Chart(Chart { title: title.to_owned(), x, y, marks, height, has_x_labels })
+}
+
+/// Magnitude in dB with the names of what is marked.
+fn magnitude(response: &Response, sure: &[&Point], x: Axis) -> Panel {
+    let height = |z: Complex<f64>| decibels(z.norm());
+    let dots: Vec<[f64; 2]> = sure.iter().map(|p| [p.frequency_hz, height(p.response())]).collect();
+    let curve: Vec<[f64; 2]> = response.computed.iter().map(|(f, z)| [*f, height(*z)]).collect();
+    let band = |p: &&Point| {
+        let [low, high] = p.magnitude_ci95();
+        // A band down to nothing ends 60 dB below.
+        [p.frequency_hz, decibels(low.max(1e-3 * p.response().norm())), decibels(high)]
+    };
+    let unit = match response.unit.as_str() {
+        "" => "dB".to_owned(),
+        unit => format!("dB ({unit})"),
+    };
+    let y = Axis::holding(unit, dots.iter().chain(&curve).map(|p| p[1]));
+    let mut marks = vec![
+        Mark::Ribbon { ink: Ink::Measured, points: sure.iter().map(band).collect() },
+        Mark::Dots { ink: Ink::Measured, points: dots },
+        Mark::line(Ink::After, curve),
+    ];
+    marks.extend(response.marked.iter().map(|(x, word)| Mark::Event { x: *x, word: word.clone() }));
+    chart("magnitude", x, y, marks, 190.0)
+}
+
+/// Phase in degrees, without jumps.
+fn phase(response: &Response, sure: &[&Point], x: Axis) -> Panel {
+    let curve = phases(response.computed.iter().copied());
+    let dots = beside(phases(sure.iter().map(|p| (p.frequency_hz, p.response()))), &curve);
+    let band = |([f, angle], p): (&[f64; 2], &&Point)| {
+        let half = p.phase_half_width_deg();
+        [*f, angle - half, angle + half]
+    };
+    let y = Axis::holding("°", dots.iter().chain(&curve).map(|p| p[1]));
+    let mut marks = vec![
+        Mark::Ribbon { ink: Ink::Measured, points: dots.iter().zip(sure).map(band).collect() },
+        Mark::Dots { ink: Ink::Measured, points: dots },
+        Mark::line(Ink::After, curve),
+    ];
+    marks.extend(response.marked.iter().map(|(x, _)| Mark::Event { x: *x, word: String::new() }));
+    chart("phase", x, y, marks, 150.0)
 }
 
 fn phases(points: impl Iterator<Item = (f64, Complex<f64>)>) -> Vec<[f64; 2]> {
