@@ -341,6 +341,9 @@ fn length(motion: Motion) -> &'static str {
     }
 }
 
+/// Distance of frequencies, as a share, within which a mode found stands beside a stated one.
+const SAME_MODE: f64 = 0.1;
+
 const MARGINS: [&str; 5] =
     ["gain margin, dB", "gain margin downward, dB", "phase margin, °", "modulus margin", "delay margin, ms"];
 
@@ -378,6 +381,9 @@ fn modes_table(
             let far = |m: &&slideway::base::Mode| (m.frequency_hz() - mode.frequency_hz.value).abs();
             far(a).total_cmp(&far(b))
         });
+        let is_it =
+            |m: &&slideway::base::Mode| (m.frequency_hz() / mode.frequency_hz.value - 1.0).abs() < SAME_MODE;
+        let nearest = nearest.filter(is_it);
         let half = |e: &slideway::identify::least_squares::Estimate| 0.5 * (e.ci95[1] - e.ci95[0]);
         vec![
             (k + 1).to_string(),
