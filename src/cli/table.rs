@@ -14,6 +14,16 @@ impl Table {
         Self { rows: vec![heads.map(str::to_owned).to_vec()], left: 1 }
     }
 
+    /// A table with so many column heads.
+    pub(super) fn of(heads: Vec<String>) -> Self {
+        Self { rows: vec![heads], left: 1 }
+    }
+
+    /// Appends a row of so many cells.
+    pub(super) fn cells(&mut self, cells: Vec<String>) {
+        self.rows.push(cells);
+    }
+
     /// The first `columns` columns to the left instead of the first one only.
     pub(super) fn left(mut self, columns: usize) -> Self {
         self.left = columns;

@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::error::{Error, ErrorKind, Result};
 
 /// Relative step at which a crossing counts as found; it converges faster than linearly, so what is left is far less.
-const CROSSING_TOLERANCE: f64 = 1e-12;
+const CROSSING_TOLERANCE: f64 = 1e-11;
 /// Steps in which every crossing is found.
 const MOST_STEPS: usize = 80;
 /// Parabolas by which the nearest point is refined: each takes the error to about its power 1.3.
@@ -116,10 +116,9 @@ impl Margins {
         for pair in points.windows(2) {
             found.between(pair[0], pair[1], &exact);
         }
-        if let Some(&(frequency, value)) = points.last() {
-            if value.re < 0.0 && value.im.abs() <= REAL * value.norm() {
-                found.phase_crossover(frequency, value);
-            }
+        let is_real = |l: Complex<f64>| l.im.abs() <= REAL * l.norm();
+        if let Some((frequency, value)) = points.last().filter(|(_, l)| l.re < 0.0 && is_real(*l)) {
+            found.phase_crossover(*frequency, *value);
         }
         found.modulus = nearest(points, exact);
         found

@@ -10,6 +10,7 @@ pub mod excitation;
 pub mod first_order;
 pub mod frequency_response;
 pub mod least_squares;
+pub mod loop_response;
 pub mod margins;
 pub mod modes;
 pub mod nonlinear;

@@ -90,7 +90,8 @@ impl Modal {
 /// Ewins (2000), *Modal Testing*, sections 2.4 and 4.4; sampling: Åström, Wittenmark (1997), *Computer-Controlled Systems*, section 7.4.
 ///
 /// # Errors
-/// Too few points, a period that is not > 0; no peak above the noise; a fit that does not converge to modes in the band.
+/// Too few points, a period that is not > 0; no peak above the noise; more modes asked for than there are peaks,
+/// seen by a modal mass whose standard deviation is more than half of it.
 pub fn modes(points: &[Point], period_s: f64, hold: Hold, number: Option<usize>) -> Result<Modal> {
     check::sample_period(period_s)?;
     let usable: Vec<Point> =
@@ -132,6 +133,9 @@ pub fn modes(points: &[Point], period_s: f64, hold: Hold, number: Option<usize>)
 
 /// Fall of the weighted squared residual, in units of its mean, that a further mode must bring.
 const MODE_EVIDENCE: f64 = 40.0;
+
+/// Relative standard deviation of a modal mass from which on the mode is not told from noise.
+const OPEN_MASS: f64 = 0.5;
 
 struct Data {
     points: Vec<Point>,
@@ -284,6 +288,11 @@ impl Data {
             let value = fit.parameters[k].exp();
             Estimate::new(value, value * (inverse[(k, k)] * variance).sqrt(), quantile)
         };
+        // A mode whose mass is open to a factor is none that this response shows.
+        let is_told = |j: usize| (inverse[(4 + 3 * j, 4 + 3 * j)] * variance).sqrt() < OPEN_MASS;
+        if !(0..fit.modes()).all(is_told) {
+            return Err(failed());
+        }
         let mode = |j: usize| FoundMode {
             frequency_hz: estimate(2 + 3 * j),
             damping_ratio: estimate(3 + 3 * j),

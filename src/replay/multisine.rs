@@ -8,7 +8,8 @@ use realfft::RealFftPlanner;
 use super::{PlantChoice, Traces, run, simulation};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
-use crate::plant::{Plant, axis::Axis, mujoco::MujocoRig, rapier::Rig};
+use crate::plant::axis::{Axis, SampledResponse};
+use crate::plant::{Plant, mujoco::MujocoRig, rapier::Rig};
 use crate::twin::{Command, LinearLoop, Sensing, Twin};
 
 /// Where an excitation enters the loop.
@@ -155,13 +156,14 @@ impl Multisine {
             Injection::Reference => linear.reference_to_effort(f),
         };
         let to_position = |f: f64| to_effort(f) * linear.plant(f);
-        let force = machine.constants().force_per_volt();
-        let effort_v = peak(&through(&to_effort));
+        // What force, held over each sample, moves the axis so.
+        let to_force = SampledResponse::to_force(&machine.constants());
+        let to_thrust = |f: f64| to_position(f) / to_force.position(f);
         let one = Peaks {
             position: peak(&through(&to_position)),
             velocity: peak(&through(&|f| to_position(f) * Complex::new(0.0, TAU * f))),
-            effort_v,
-            thrust: force * effort_v,
+            effort_v: peak(&through(&to_effort)),
+            thrust: peak(&through(&to_thrust)),
         };
         let wave = through(&|_| Complex::from(1.0));
         let largest = match request.injection {
@@ -200,6 +202,16 @@ impl Multisine {
     pub fn frequencies_hz(&self) -> Vec<f64> {
         let duration = self.period.len() as f64 * self.sample_period_s;
         self.lines.iter().map(|line| *line as f64 / duration).collect()
+    }
+
+    /// Length of a period in s.
+    pub fn duration_s(&self) -> f64 {
+        self.period.len() as f64 * self.sample_period_s
+    }
+
+    /// The command's largest magnitude, in V, m or rad.
+    pub fn peak(&self) -> f64 {
+        peak(&self.period)
     }
 
     /// Peak over root mean square.

@@ -1,7 +1,11 @@
 //! `slideway identify`: what a recording or a machine's solid model tells of the axis, one identifier a file.
 
+mod band;
+mod excited;
 mod friction;
 mod gains;
+mod multisine;
+mod response;
 mod transfer;
 
 use std::process::ExitCode;
@@ -29,6 +33,10 @@ enum Kind {
     Gains(gains::Gains),
     /// Dry friction of the guide and acceleration time of the reference, through the machine's twin
     Friction(friction::FrictionCommand),
+    /// Frequency response of plant, open loop and closed loop, margins and modes
+    Response(response::Response),
+    /// Write a multisine within the machine's limits as a run to record
+    Multisine(multisine::MultisineCommand),
 }
 
 impl Identify {
@@ -37,6 +45,8 @@ impl Identify {
         match &self.kind {
             Some(Kind::Gains(gains)) => gains.run(screen),
             Some(Kind::Friction(friction)) => friction.run(screen),
+            Some(Kind::Response(response)) => response.run(screen),
+            Some(Kind::Multisine(multisine)) => multisine.run(screen),
             None => self.transfer.run(screen),
         }
     }

@@ -31,6 +31,13 @@ pub enum Mark {
         /// From, to.
         range: [f64; 2],
     },
+    /// A band between two curves: across, from, to.
+    Ribbon {
+        /// Its colour.
+        ink: Ink,
+        /// Its points, from left to right.
+        points: Vec<[f64; 3]>,
+    },
     /// A moment that has a name.
     Event {
         /// Where.
@@ -165,8 +172,28 @@ impl Chart {
                 let (low, high) = (self.up(frame, *from), self.up(frame, *to));
                 draw.rect([LEFT, high], [frame.right - LEFT, low - high], &format!("band {}", ink.class()));
             }
+            Mark::Ribbon { ink, points } => {
+                draw.path(&self.ribbon(frame, points), &format!("band {}", ink.class()));
+            }
             Mark::Event { .. } => {}
         }
+    }
+
+    /// There along the upper ends, back along the lower ones.
+    fn ribbon(&self, frame: &Frame, points: &[[f64; 3]]) -> String {
+        let inside =
+            |p: &&[f64; 3]| p.iter().all(|x| x.is_finite()) && (-0.002..=1.002).contains(&self.x.place(p[0]));
+        let upper = points.iter().filter(inside).map(|[x, _, to]| [*x, *to]);
+        let lower = points.iter().rev().filter(inside).map(|[x, from, _]| [*x, *from]);
+        let mut data = String::new();
+        for (k, [x, y]) in upper.chain(lower).enumerate() {
+            let letter = if k == 0 { "M" } else { "L" };
+            let _ = write!(data, "{letter}{:.1} {:.1}", self.across(frame, x), self.up(frame, y));
+        }
+        if !data.is_empty() {
+            data.push('Z');
+        }
+        data
     }
 
     fn curve(&self, frame: &Frame, points: &[[f64; 2]]) -> String {

@@ -19,6 +19,7 @@ mod page;
 mod place;
 mod provenance;
 mod replayed;
+mod response;
 mod scale;
 mod scene;
 mod sheet;
@@ -31,6 +32,7 @@ pub use identified::{Identified, Model, identified};
 pub use inspected::{machine, recording};
 pub use page::Page;
 pub use replayed::replayed;
+pub use response::{Responded, Response, responded};
 pub use sheet::sheet;
 
 use super::material::Material;
