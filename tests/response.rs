@@ -628,7 +628,10 @@ fn exact_response_of_wrong_input_is_refused() {
     response(&["--band", "5..3000"], &["--band", "2000", "write"]);
     response(&["--resolution", "-1"], &["--resolution", "-1"]);
     response(&["--set", "controller.nonsense=3"], &["--set", "nonsense"]);
-    response(&["--excitation", "strokes", "--plant", "axis", "--modes", "5"], &["--modes"]);
+    response(
+        &["--excitation", "strokes", "--plant", "axis", "--modes", "5"],
+        &["modes", "ask for fewer modes"],
+    );
     refused(&["identify", "response", "/no/such/place"], &["/no/such/place"]);
     refused(&["identify", "response"], &["--machine"]);
 }
