@@ -90,7 +90,9 @@ impl Section {
     /// The section as text, under its heading; nothing where it has nothing to say on a terminal.
     pub fn text(&self, style: Style) -> String {
         let body = self.body(style);
-        if body.is_empty() { body } else { style.heading(&self.title.to_uppercase(), "") + &body }
+        // A key path stays as it is written.
+        let title = if self.title.contains('_') { self.title.clone() } else { self.title.to_uppercase() };
+        if body.is_empty() { body } else { style.heading(&title, "") + &body }
     }
 
     fn body(&self, style: Style) -> String {
