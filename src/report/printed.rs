@@ -9,8 +9,7 @@ use crate::identify::transfer::TransferFunction;
 use crate::machine::Machine;
 use nalgebra::Complex;
 
-const VARIANTS: [(Variant, &str); 2] =
-    [(Variant::AsPrinted, "as printed"), (Variant::Corrected, "corrected")];
+const VARIANTS: [(Variant, &str); 2] = [(Variant::AsPrinted, "printed"), (Variant::Corrected, "corrected")];
 /// Decimals of W(z) as printed, with which P*(z) is formed.
 const W_DECIMALS: i32 = 2;
 /// A pole nearer to the unit circle than this is on it.
@@ -34,28 +33,24 @@ pub fn printed_equations(machine: &Machine, worktable: &TransferFunction) -> Res
     let mut rows = Vec::new();
     for (variant, name) in VARIANTS {
         let motor = printed::motor(variant, r, l, kt, d.sample_period_s)?;
-        rows.push(row("L(z), eq. 7", name, format!("{motor:.4}"), &motor, 4));
+        rows.push(row("L(z)", name, format!("{motor:.4}"), &motor, 4));
     }
     rows.push(row("W(z)", "", format!("{w:.2}"), &w, 2));
     for (variant, name) in VARIANTS {
         let plant = printed::plant(variant, &w, r, l, kt)?;
-        rows.push(row("P*(z) = W·L, eq. 11", name, format!("{plant:.3}"), &plant, 4));
+        rows.push(row("P*(z)", name, format!("{plant:.3}"), &plant, 4));
     }
     for (variant, name) in VARIANTS {
         let effort = ControlEffort::of(variant, law, d.sample_period_s);
-        let sign = if effort.feeds_back_negatively() { "negative" } else { "positive" };
-        rows.push(
-            ["u(k), eq. 8", name, &effort.to_string(), &format!("{sign} feedback of y")]
-                .map(str::to_owned)
-                .to_vec(),
-        );
+        let sign = if effort.feeds_back_negatively() { "negatively" } else { "positively" };
+        rows.push(vec![format!("u(k), {name}"), effort.to_string(), format!("feeds y back {sign}")]);
     }
     let exact = printed::zero_order_hold_pole(r, l, d.sample_period_s)?;
     Ok(Some(
         Section::new("Equations as printed and corrected")
-            .table_with(&["", "", "equation", "poles"], rows, 4)
+            .table_with(&["", "equation", "poles"], rows, 3)
             .remark(format!(
-                "L(z) in N/V and W(z) in mm/s per N, with the digits with which a paper computes on; its sign of R·T in L(z) and \
+                "Eqs. 7, 11 and 8. L(z) in N/V and W(z) in mm/s per N, with the digits with which a paper computes on; its sign of R·T in L(z) and \
                  of y in u(k) are misprints. The exact pole of the winding is {exact:.5}; replays use that."
             )),
     ))
@@ -64,7 +59,8 @@ pub fn printed_equations(machine: &Machine, worktable: &TransferFunction) -> Res
 fn row(what: &str, name: &str, text: String, function: &TransferFunction, decimals: usize) -> Vec<String> {
     let poles: Vec<String> = function.poles().iter().map(|pole| pole_text(*pole, decimals)).collect();
     let stability = if function.is_stable() { "stable" } else { "unstable" };
-    vec![what.to_owned(), name.to_owned(), text, format!("{}: {stability}", poles.join(", "))]
+    let what = if name.is_empty() { what.to_owned() } else { format!("{what}, {name}") };
+    vec![what, text, format!("{}: {stability}", poles.join(", "))]
 }
 
 fn pole_text(pole: Complex<f64>, decimals: usize) -> String {
