@@ -110,7 +110,7 @@ fn ref_a_setting_at_least_as_good_as_the_published_retuning_is_found() {
         assert!(mine[3] <= theirs[3] + 4e-4, "settling {mine:?} against {theirs:?}");
         assert!(mine[4] <= theirs[4] * 1.000_001, "following error {mine:?} against {theirs:?}");
     }
-    assert!(chosen.mean(Criterion::SettlingTime) <= mark.mean(Criterion::SettlingTime));
+    assert!(chosen.mean(Criterion::SettlingTime) <= mark.mean(Criterion::SettlingTime) + 4e-4);
 }
 
 #[test]
@@ -122,19 +122,27 @@ fn exact_re_check_covers_mass_friction_and_base() {
     }
     // Without friction, mass or base off it does what the choice did.
     let undisturbed = rows.iter().find(|(d, _)| *d == Departure::Friction(0.0)).unwrap();
-    assert_eq!(undisturbed.1.strokes, outcome.chosen.strokes);
+    assert_eq!(undisturbed.1[0].strokes, outcome.chosen.strokes);
+    assert_eq!(undisturbed.1[1].strokes, outcome.marks[0].strokes);
     // More mass asks for more thrust, at the same gains for about as much more as there is mass to accelerate.
     let thrust = |departure| {
         let row = rows.iter().find(|(d, _)| *d == departure).unwrap();
-        of(&row.1, Criterion::PeakThrust)
+        of(&row.1[0], Criterion::PeakThrust)
     };
     assert!(thrust(Departure::Mass(0.2)) > 1.02 * thrust(Departure::Mass(-0.2)));
-    // What gives first is a limit that is exceeded at that departure and at no smaller one.
+    // What gives first is a limit that is kept on the stated machine.
     for kind in Kind::ALL {
-        let Some((first, criterion)) = outcome.robustness.gives_first(&tuning.limits, kind) else { continue };
-        let row = rows.iter().find(|(d, _)| *d == first).unwrap();
-        assert!(tuning.limits.excess(criterion, of(&row.1, criterion)) > 0.0);
+        for given in outcome.robustness.gives_first(&tuning.limits, &outcome.chosen, kind) {
+            let row = rows.iter().find(|(d, _)| *d == given.departure).unwrap();
+            for criterion in given.criteria {
+                assert!(tuning.limits.excess(criterion, of(&row.1[0], criterion)) > 0.0);
+                assert_eq!(tuning.limits.excess(criterion, of(&outcome.chosen, criterion)), 0.0);
+            }
+        }
     }
+    // What was chosen keeps no less on the other machines than the setting to be beaten.
+    let excess = |k| outcome.robustness.excess(k, &tuning.limits);
+    assert!(excess(0) <= excess(1), "chosen {} marked {}", excess(0), excess(1));
 }
 
 #[test]
@@ -210,6 +218,49 @@ fn exact_unstable_settings_are_never_chosen() {
     assert!(outcome.chosen.is_stable);
 }
 
+/// Margins come before strokes: a loop at the edge of stability is never sold for less overshoot.
+#[test]
+fn exact_margins_come_before_strokes() {
+    let machine = model("delta_a3");
+    let knobs = Knob::usual(&machine).unwrap();
+    let knobs = knobs.into_iter().map(|knob| Knob { step: 0.1 * (knob.to - knob.from), ..knob }).collect();
+    let mut tuning = tuning(&machine, knobs, vec!["1.0@5".parse().unwrap()]);
+    tuning.marks.clear();
+    tuning.friction = 0.0;
+    let outcome = tuning.run(&machine, |_| ()).unwrap();
+    let short = |setting: &Setting| setting.excess_of_margins(&tuning.limits);
+    let least = outcome.map.settings.iter().map(short).fold(f64::INFINITY, f64::min);
+    assert!(short(&outcome.chosen) <= least, "{:?}", outcome.chosen.margins);
+}
+
+/// A setting that never arrives keeps no limits.
+#[test]
+fn exact_stroke_that_does_not_settle_is_an_excess() {
+    let machine = model("grinder");
+    let cells: Vec<Cell> = vec!["0.02@8".parse().unwrap()];
+    let knobs = registers(&machine, [[0.0, 19.0], [220.0, 260.0]], [19.0, 40.0]);
+    let bench = Bench::new(&machine, &knobs, &cells, 0.6).unwrap();
+    let measured = bench.measure(&[vec![0.0, 260.0], vec![22.0, 220.0]], &|_| ()).unwrap();
+    let limits = Limits::usual(&machine);
+    assert!(
+        measured[0].strokes[0][3].is_infinite() && measured[0].excess(&limits) >= 1.0,
+        "{:?}",
+        measured[0]
+    );
+    assert_eq!(measured[1].excess(&limits), 0.0);
+}
+
+/// Positive feedback runs away, whatever the margins of its response look like.
+#[test]
+fn exact_positive_feedback_is_unstable() {
+    let machine = model("grinder");
+    let cells: Vec<Cell> = vec!["0.02@8".parse().unwrap()];
+    let knobs = registers(&machine, [[-5.0, 19.0], [-5.0, 260.0]], [1.0, 5.0]);
+    let bench = Bench::new(&machine, &knobs, &cells, 0.6).unwrap();
+    let measured = bench.measure(&[vec![-5.0, 260.0], vec![-5.0, -5.0]], &|_| ()).unwrap();
+    assert!(measured.iter().all(|setting| !setting.is_stable), "{measured:?}");
+}
+
 #[test]
 fn exact_wrong_questions_are_refused() {
     let machine = model("grinder");
@@ -232,8 +283,17 @@ fn exact_wrong_questions_are_refused() {
     let mut wrong = tuning(&machine, knobs.clone(), cells.clone());
     wrong.marks = vec![vec![22.0]];
     assert_eq!(wrong.run(&machine, |_| ()).unwrap_err().key_name(), Some("--mark"));
-    let far = tuning(&machine, knobs.clone(), vec!["9@8".parse().unwrap()]);
-    assert_eq!(far.run(&machine, |_| ()).unwrap_err().kind(), ErrorKind::OutOfRange);
+    for mark in [[22.5, 220.0], [1e300, 220.0], [22.0, f64::NAN]] {
+        wrong.marks = vec![mark.to_vec()];
+        assert_eq!(wrong.run(&machine, |_| ()).unwrap_err().kind(), ErrorKind::OutOfRange, "{mark:?}");
+    }
+    for cell in ["9@8", "1e300@8", "0.02@1e-9"] {
+        let far = tuning(&machine, knobs.clone(), vec![cell.parse().unwrap()]);
+        assert_eq!(far.run(&machine, |_| ()).unwrap_err().kind(), ErrorKind::OutOfRange, "{cell}");
+    }
+    let twice = tuning(&machine, vec![knobs[0].clone(), knobs[0].clone()], cells.clone());
+    let twice = Tuning { marks: vec![], ..twice }.run(&machine, |_| ()).unwrap_err();
+    assert_eq!(twice.key_name(), Some("controller.integral"));
     let none = tuning(&machine, knobs, Vec::new());
     assert_eq!(none.run(&machine, |_| ()).unwrap_err().key_name(), Some("tune"));
     let mut limits = Limits::usual(&machine);
@@ -257,7 +317,7 @@ proptest! {
         let lower = |x: f64| limits.excess(Criterion::GainMargin, x);
         prop_assert_eq!(upper(inside * bound), 0.0);
         prop_assert_eq!(lower(bound / inside.max(1e-3)), 0.0);
-        prop_assert!(upper((a + b) * bound) > upper(a * bound) || a == 1.0);
+        prop_assert!(upper((a + b) * bound) > upper(a * bound));
         prop_assert!(lower(bound / (a + b)) >= lower(bound / a));
     }
 }

@@ -14,7 +14,9 @@ use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
 use slideway::recording::{Existing, Format, Recording, Role, Run};
 use slideway::replay::recording::recorded;
-use slideway::replay::{Cell, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, run_seed, simulate};
+use slideway::replay::{
+    Cell, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, planned_reference, run_seed, simulate,
+};
 use slideway::report::html;
 use slideway::twin::Sensing;
 use slideway::units;
@@ -215,7 +217,7 @@ impl Replay {
             name,
             cell,
             role: (!self.held_out.is_empty()).then_some(role),
-            reference: motion.reference(machine.description().sample_period_s),
+            reference: planned_reference(machine, &motion)?,
             motion,
         })
     }

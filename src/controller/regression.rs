@@ -121,7 +121,8 @@ pub fn gain_regression(runs: &[ControllerRun], unknown: Unknown) -> Result<Outco
         let moved = values.iter().zip(&next).any(|(a, b)| (a - b).abs() > CONVERGED * a.abs().max(b.abs()));
         values = next;
         if !moved {
-            return rows.result(&stated, &regression, &solution).map(Outcome::Identified);
+            let told = told(runs, unknown, &stated);
+            return rows.result(&told, &regression, &solution).map(Outcome::Identified);
         }
     }
     Err(Error::new(ErrorKind::Undetermined)
@@ -131,6 +132,15 @@ pub fn gain_regression(runs: &[ControllerRun], unknown: Unknown) -> Result<Outco
         .remedy(
             "check which law the controller runs, and that reference, position and effort are of one sample",
         ))
+}
+
+/// The gains as stated; a register only where it is the same in all runs.
+fn told(runs: &[ControllerRun], unknown: Unknown, stated: &[Gain]) -> Vec<Gain> {
+    let same = |(j, gain): (usize, &Gain)| {
+        let is_same = runs.iter().all(|run| run.law.unknown_gains(unknown)[j].register == gain.register);
+        Gain { register: gain.register.filter(|_| is_same), ..*gain }
+    };
+    stated.iter().enumerate().map(same).collect()
 }
 
 fn check(run: &ControllerRun) -> Result<()> {

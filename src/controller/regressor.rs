@@ -123,8 +123,8 @@ impl Controller {
             }
         };
         if unknown == Unknown::BothLoops {
-            gains.push(gain("position_gain_per_s", "∂u/∂Kp", self.position_gain_per_s()));
-            gains.push(gain("velocity_feedforward", "∂u/∂f", self.velocity_feedforward()));
+            gains.push(gain("position_gain_per_s", "x_ref − x, through e", self.position_gain_per_s()));
+            gains.push(gain("velocity_feedforward", "v_ref, through e", self.velocity_feedforward()));
         }
         gains
     }

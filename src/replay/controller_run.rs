@@ -10,6 +10,8 @@ use crate::sensor::VelocityMemory;
 
 /// A recorded effort this near to the amplifier's limit may have been clipped.
 const AT_LIMIT: f64 = 1.0 - 1e-6;
+/// Sample periods of recording and machine agree to this fraction.
+const PERIOD_AGREEMENT: f64 = 1e-3;
 /// Samples after which an estimate of velocity has forgotten how it was started, in its time constants.
 const FORGOTTEN: f64 = 12.0;
 
@@ -33,6 +35,7 @@ pub fn controller_run(machine: &Machine, run: &Run) -> Result<ControllerRun> {
             .expected("the table [controller]")
             .remedy("state the law that the drive runs, with any gains: these are what is identified"));
     };
+    check_period(&machine, run)?;
     let sensor = machine.description().load_sensor.as_ref();
     let closed_on =
         if sensor.is_some_and(|s| s.closes_position_loop) { Signal::LoadPosition } else { Signal::Position };
@@ -69,4 +72,18 @@ pub fn controller_run(machine: &Machine, run: &Run) -> Result<ControllerRun> {
         effort_v: (first..effort.len()).map(|k| effort[k] - disturbance.map_or(0.0, |d| d[k])).collect(),
         limit_v: constants.amplifier.voltage_limit_v.map(|limit| AT_LIMIT * limit),
     })
+}
+
+/// Refuses a run that was not sampled at the controller's period: its law then is another one.
+fn check_period(machine: &Machine, run: &Run) -> Result<()> {
+    let stated = machine.description().sample_period_s;
+    if (run.sample_period_s() / stated - 1.0).abs() <= PERIOD_AGREEMENT {
+        return Ok(());
+    }
+    let error = Error::new(ErrorKind::Inconsistent)
+        .key(format!("{}.sample_period_s", run.name()))
+        .found(format!("{} s in the recording and {stated} s in the machine", run.sample_period_s()))
+        .expected("the controller's sample period in both")
+        .remedy("correct sample_period_s of machine.toml, or record at the controller's rate");
+    Err(if run.file.as_os_str().is_empty() { error } else { error.file(&run.file) })
 }

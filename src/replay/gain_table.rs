@@ -2,7 +2,7 @@
 
 use super::controller_run::controller_run;
 use super::recording::recorded;
-use super::{Cell, Motion, PlantChoice, run_seed, simulate};
+use super::{Cell, Motion, PlantChoice, planned_reference, run_seed, simulate};
 use crate::controller::regression::{ControllerGains, gain_regression};
 use crate::controller::regressor::Unknown;
 use crate::error::{Error, ErrorKind, Result, toml_text};
@@ -151,7 +151,6 @@ impl GainTable {
             cell.gains.iter().map(|(key, value)| (format!("controller.{key}"), (*value).into())).collect();
         let settings = paths.iter().map(|(path, value)| (path.as_str(), value.clone()));
         let published = machine.with_settings(settings).map_err(|e| e.file(&self.file))?;
-        let period_s = machine.description().sample_period_s;
         let stroke: Cell = cell.stroke.parse()?;
         let motion = Motion {
             strokes: vec![stroke.stroke(machine.motion())?],
@@ -159,7 +158,7 @@ impl GainTable {
             dwell_s: DWELL_S,
             ramp_s: machine.description().reference.acceleration_time_s,
         };
-        let reference = motion.reference(period_s);
+        let reference = planned_reference(machine, &motion)?;
         let name = stroke.name(machine.motion());
         let sensing = Sensing::AsStated { seed: run_seed(seed, &name) };
         let traces = simulate(&published, plant, sensing, &reference, |_| ())?;

@@ -23,8 +23,7 @@ pub use controller_run::controller_run;
 pub use feedforward::Feedforward;
 pub use figures::{Figures, SETTLING_BAND};
 pub use recorded::Recorded;
-pub(crate) use simulation::check_travel;
-pub use simulation::{PlantChoice, run_seed, simulate};
+pub use simulation::{PlantChoice, planned_reference, run_seed, simulate};
 pub use stroke::{Motion, Stroke};
 pub use together::run_together;
 

@@ -84,8 +84,38 @@ fn walk<P: Plant>(
     run(&mut twin, follow(reference, period_s), each)
 }
 
+/// Samples of a run at most: more than a day at 1 kHz.
+const MOST_SAMPLES: f64 = 1e8;
+
+/// The sampled position reference of a motion that the machine can make.
+///
+/// # Errors
+/// A motion beyond the joint's limits, or one that would take more than 10⁸ samples; found before anything is sampled.
+pub fn planned_reference(machine: &Machine, motion: &super::Motion) -> Result<Vec<f64>> {
+    let reached: Vec<f64> = motion
+        .strokes
+        .iter()
+        .scan(0.0, |from, stroke| {
+            *from += stroke.stroke;
+            Some(*from)
+        })
+        .collect();
+    check_travel(machine, &reached)?;
+    let period_s = machine.description().sample_period_s;
+    let of_stroke = |stroke: &super::Stroke| stroke.duration_s(motion.ramp_s) + motion.dwell_s;
+    let duration_s = motion.lead_s + motion.strokes.iter().map(of_stroke).sum::<f64>();
+    if duration_s / period_s <= MOST_SAMPLES {
+        return Ok(motion.reference(period_s));
+    }
+    Err(Error::new(ErrorKind::OutOfRange)
+        .key("cell")
+        .found(format!("a motion of {duration_s:.3e} s, {:.1e} samples", duration_s / period_s))
+        .expected(format!("at most {MOST_SAMPLES:.0e} samples"))
+        .remedy("ask for a higher feed or a shorter standstill"))
+}
+
 /// Refuses a reference beyond the joint's limits.
-pub(crate) fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
+pub(super) fn check_travel(machine: &Machine, reference: &[f64]) -> Result<()> {
     let joint = &machine.solid().joint;
     match reference.iter().find(|position| !(joint.lower..=joint.upper).contains(*position)) {
         None => Ok(()),

@@ -6,7 +6,10 @@ use crate::controller::regression::{ControllerGains, IdentifiedGain};
 use crate::machine::Machine;
 use crate::recording::Recording;
 use crate::replay::gain_table::{GainTable, Mean, Recovered};
+use crate::units::Motion;
 
+/// A law that explains less of the effort's changes is another one.
+const LEAST_EXPLAINED: f64 = 0.9;
 /// Autocorrelation is no matter where nothing but rounding is left of the effort.
 const ROUNDING: f64 = 1e-12;
 
@@ -14,10 +17,11 @@ const ROUNDING: f64 = 1e-12;
 pub fn gains(found: &ControllerGains, machine: &Machine, recording: &Recording, runs: usize) -> Sheet {
     let name = &machine.description().name;
     let heads = ["gain", "stated", "identified", "95 % from", "to"];
-    let rows = found.gains.iter().map(row).collect();
+    let rows = found.gains.iter().map(|gain| row(gain, machine)).collect();
     let mut section = Section::new("Gains").table(&heads, rows);
     let heads = ["gain", "what it multiplies", "register", "equivalent"];
-    section = section.table_with(&heads, found.gains.iter().map(regressor).collect(), 2);
+    section =
+        section.table_with(&heads, found.gains.iter().map(|gain| regressor(gain, machine)).collect(), 2);
     if found.gains.iter().any(|gain| gain.register.is_some()) {
         section = section
             .remark("equivalent: the register that would command the same with the stated gain per count.");
@@ -25,6 +29,15 @@ pub fn gains(found: &ControllerGains, machine: &Machine, recording: &Recording, 
     let mut quality = Section::new("How well they are determined");
     for words in quality_of(found) {
         quality = quality.words(words);
+    }
+    let mut sentence =
+        format!("Gains of the control law of {name}, from {runs} of {} runs.", recording.runs().len());
+    if found.explained < LEAST_EXPLAINED {
+        sentence += &format!(
+            " This law explains {:.0} % of the effort's changes: another law ran, or the signals are not of one sample. The gains say \
+             nothing then.",
+            100.0 * found.explained.max(0.0)
+        );
     }
     Sheet {
         subject: recording.path.display().to_string(),
@@ -39,15 +52,23 @@ pub fn gains(found: &ControllerGains, machine: &Machine, recording: &Recording, 
     }
 }
 
-fn row(gain: &IdentifiedGain) -> Vec<String> {
-    let [from, to] = gain.estimate.ci95;
-    vec![gain.key.to_owned(), number(gain.stated), number(gain.estimate.value), number(from), number(to)]
+/// The key as this kind of axis has it.
+fn key(gain: &IdentifiedGain, machine: &Machine) -> String {
+    match machine.motion() {
+        Motion::Prismatic => gain.key.to_owned(),
+        Motion::Revolute => gain.key.replace("_s_per_m", "_s_per_rad"),
+    }
 }
 
-fn regressor(gain: &IdentifiedGain) -> Vec<String> {
+fn row(gain: &IdentifiedGain, machine: &Machine) -> Vec<String> {
+    let [from, to] = gain.estimate.ci95;
+    vec![key(gain, machine), number(gain.stated), number(gain.estimate.value), number(from), number(to)]
+}
+
+fn regressor(gain: &IdentifiedGain, machine: &Machine) -> Vec<String> {
     let register = gain.register.map(|(stated, _)| stated.to_string()).unwrap_or_default();
     let equivalent = gain.register.map(|(_, nearest)| number(nearest)).unwrap_or_default();
-    vec![gain.key.to_owned(), gain.regressor.to_owned(), register, equivalent]
+    vec![key(gain, machine), gain.regressor.to_owned(), register, equivalent]
 }
 
 /// Five significant digits.

@@ -4,7 +4,7 @@ use super::figure::{Figure, Map, Panel};
 use super::number::{plain, value};
 use super::sheet::{Section, Sheet};
 use crate::machine::Machine;
-use crate::tune::{Criterion, Departure, Kind, Outcome, Setting, Tuning};
+use crate::tune::{Criterion, Departure, Given, Kind, Outcome, Setting, Tuning};
 use crate::units::Motion;
 
 /// Rows of the map's table: the best settings.
@@ -86,9 +86,7 @@ impl Report<'_> {
         let kept = if chosen.excess(&self.tuning.limits) == 0.0 {
             "keeps all limits".to_owned()
         } else {
-            let worst = self.tuning.limits.worst(&chosen.worst());
-            let worst = if chosen.is_stable { worst.map_or("a limit", Criterion::name) } else { "stability" };
-            format!("comes nearest to the limits and still misses {worst}")
+            format!("comes nearest to the limits and still misses {}", self.missed(chosen))
         };
         let as_stated = if chosen.values == own.values { "; it is the one stated" } else { "" };
         let set: Vec<String> = self
@@ -98,10 +96,33 @@ impl Report<'_> {
             .zip(&chosen.values)
             .map(|(knob, value)| format!("{} = {}", knob.key, number(*value)))
             .collect();
-        format!(
-            "{} {kept} on all of {strokes} strokes{as_stated}. {evaluated} settings were replayed.",
+        let mut sentence = format!(
+            "{} {kept} on {strokes} strokes{as_stated}. {evaluated} settings were replayed.",
             set.join(", ")
-        )
+        );
+        if chosen.strokes.iter().any(|stroke| stroke[Criterion::SettlingTime as usize].is_infinite()) {
+            sentence += &format!(
+                " Some stroke does not settle within the dwell of {} s; --dwell gives more time.",
+                number(self.tuning.dwell_s)
+            );
+        }
+        let knobs = self.tuning.knobs.iter().zip(&chosen.values);
+        let edge = knobs.filter(|(knob, value)| **value == knob.from || **value == knob.to);
+        let edge: Vec<&str> = edge.map(|(knob, _)| knob.key.as_str()).collect();
+        if !edge.is_empty() {
+            sentence += &format!(
+                " It stands at the edge of the range of {}: look further with --vary.",
+                edge.join(", ")
+            );
+        }
+        sentence
+    }
+
+    /// What a setting misses, in words.
+    fn missed(&self, setting: &Setting) -> String {
+        let mut words: Vec<&str> = if setting.is_stable { Vec::new() } else { vec!["stability"] };
+        words.extend(self.tuning.limits.exceeded(&setting.worst()).into_iter().map(Criterion::name));
+        words.join(", ")
     }
 
     /// Worst figures over all strokes.
@@ -128,6 +149,10 @@ impl Report<'_> {
         let worst = setting.worst();
         let stable = if setting.is_stable { "" } else { " UNSTABLE" };
         let cells = Criterion::ALL.iter().zip(worst).map(|(criterion, x)| {
+            // How far an axis has run away says nothing.
+            if !setting.is_stable {
+                return "–".to_owned();
+            }
             let text = self.cell(*criterion, x);
             // What exceeds its limit is marked.
             if self.tuning.limits.excess(*criterion, x) > 0.0 { format!("{text} !") } else { text }
@@ -195,16 +220,18 @@ impl Report<'_> {
         best.sort_by(|a, b| a.mean(objective).total_cmp(&b.mean(objective)));
         let counts: Vec<String> = map.values.iter().map(|values| values.len().to_string()).collect();
         let mut section = Section::new("Map").words(format!(
-            "{} settings; {} keep all limits. The best of the map by mean {}:",
+            "{} settings; {} keep all limits.{}",
             counts.join(" × "),
-            best.len(),
-            objective.name()
+            if best.is_empty() { "none".to_owned() } else { best.len().to_string() },
+            if best.is_empty() { String::new() } else { format!(" The best by mean {}:", objective.name()) }
         ));
         let mut heads = HEADS;
         heads[0] = "setting";
         let rows =
             best.iter().take(BEST).map(|setting| self.row(self.name(&setting.values), setting)).collect();
-        section = section.table(&heads, rows);
+        if !best.is_empty() {
+            section = section.table(&heads, rows);
+        }
         match &map.values[..] {
             [rows, columns] => section.figure(self.figure(rows, columns)),
             _ => section,
@@ -248,24 +275,48 @@ impl Report<'_> {
     /// The re-check and what gives first.
     fn robustness(&self) -> Section {
         let Outcome { chosen, robustness, .. } = self.outcome;
+        let rows = robustness.rows.iter();
         let rows =
-            robustness.rows.iter().map(|(departure, setting)| self.row(self.departure(*departure), setting));
+            rows.map(|(departure, settings)| self.row(self.departure(*departure), &settings[0])).collect();
         let mut section =
             Section::new(format!("The chosen setting {} on other machines", self.name(&chosen.values)))
-                .table(&HEADS, rows.collect());
+                .table(&HEADS, rows);
         for kind in Kind::ALL {
-            if !robustness.rows.iter().any(|(departure, _)| departure.kind() == kind) {
-                continue;
+            if robustness.rows.iter().any(|(departure, _)| departure.kind() == kind) {
+                section = section.words(format!("{}: {}", kind.name(), self.given(kind)));
             }
-            let name = kind.name();
-            section = section.words(match robustness.gives_first(&self.tuning.limits, kind) {
-                Some((departure, criterion)) => {
-                    format!("{name}: {} gives first, at {}.", criterion.name(), self.departure(departure))
-                }
-                None => format!("{name}: all limits are kept."),
-            });
         }
-        section
+        if self.outcome.marks.is_empty() {
+            return section;
+        }
+        let mut heads = vec!["beyond the limits".to_owned(), format!("chosen {}", self.name(&chosen.values))];
+        heads.extend(self.outcome.marks.iter().map(|mark| format!("marked {}", self.name(&mark.values))));
+        let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
+        let beside = |(departure, settings): &(Departure, Vec<Setting>)| {
+            let missed = settings.iter().map(|setting| self.missed(setting));
+            let missed = missed.map(|words| if words.is_empty() { "–".to_owned() } else { words });
+            [self.departure(*departure)].into_iter().chain(missed).collect()
+        };
+        section.table_with(&heads, robustness.rows.iter().map(beside).collect(), heads.len())
+    }
+
+    /// What gives first for departures of one kind, in words.
+    fn given(&self, kind: Kind) -> String {
+        let Outcome { chosen, robustness, .. } = self.outcome;
+        let already = self.missed(chosen);
+        let given = robustness.gives_first(&self.tuning.limits, chosen, kind);
+        let kept = if already.is_empty() { "all limits are kept" } else { "no further limit is exceeded" };
+        let first = |given: &Given| {
+            let mut words: Vec<&str> = if given.is_stable { Vec::new() } else { vec!["stability"] };
+            words.extend(given.criteria.iter().map(|criterion| criterion.name()));
+            format!("{} at {}", words.join(", "), self.departure(given.departure))
+        };
+        let said = if given.is_empty() {
+            kept.to_owned()
+        } else {
+            format!("what gives first is {}", given.iter().map(first).collect::<Vec<_>>().join("; "))
+        };
+        if already.is_empty() { said + "." } else { format!("{said} (missed as stated: {already}).") }
     }
 
     fn departure(&self, departure: Departure) -> String {

@@ -39,6 +39,11 @@ pub enum Criterion {
     ModulusMargin,
 }
 
+/// No excess counts more.
+const MOST_EXCESS: f64 = 1e3;
+/// A bound of zero is exceeded in relation to this.
+const LEAST_BOUND: f64 = 1e-9;
+
 /// Criteria of a stroke.
 pub(super) const OF_STROKE: usize = 7;
 
@@ -135,14 +140,14 @@ impl Limits {
         let Some(criterion) = Criterion::ALL.into_iter().find(|criterion| criterion.key(motion) == key)
         else {
             return Err(Error::new(ErrorKind::UnknownKey)
-                .key(format!("limit {key}"))
+                .key(key)
                 .found("a name that is no criterion")
                 .expected(format!("one of {}", keys()))
                 .remedy("the unit stands in the name: position_overshoot_percent=0.5"));
         };
         if !(bound.is_finite() && bound >= 0.0) {
             return Err(Error::new(ErrorKind::OutOfRange)
-                .key(format!("limit {key}"))
+                .key(key)
                 .found(bound.to_string())
                 .expected("a finite number of zero or more")
                 .remedy("write for instance position_overshoot_percent=0.5"));
@@ -161,14 +166,23 @@ impl Limits {
         self.bounds.iter().map(|(criterion, bound)| (*criterion, *bound))
     }
 
-    /// By how much a value exceeds its bound, relative to it; 0 inside, more than any number where there is no value.
+    /// By how much a value exceeds its bound, relative to it; 0 inside. A stroke that never settles exceeds by 1 even where
+    /// settling time has no bound, and no excess counts more than 1000: what is far off is not to hide the rest.
     pub fn excess(&self, criterion: Criterion, value: f64) -> f64 {
-        let Some(bound) = self.bound(criterion) else { return 0.0 };
         if value.is_nan() {
-            return f64::MAX;
+            return MOST_EXCESS;
         }
+        let Some(bound) = self.bound(criterion) else {
+            return f64::from(u8::from(criterion == Criterion::SettlingTime && value.is_infinite()));
+        };
         let over = if criterion.is_margin() { bound - value } else { value - bound };
-        if over <= 0.0 { 0.0 } else { (over / bound.max(1e-9)).min(f64::MAX) }
+        if over <= 0.0 { 0.0 } else { (over / bound.max(LEAST_BOUND)).min(MOST_EXCESS) }
+    }
+
+    /// The criteria that exceed their bounds.
+    pub fn exceeded(&self, values: &Values) -> Vec<Criterion> {
+        let is_exceeded = |criterion: &Criterion| self.excess(*criterion, values[*criterion as usize]) > 0.0;
+        Criterion::ALL.into_iter().filter(is_exceeded).collect()
     }
 
     /// The criterion that exceeds its bound most; none where all keep theirs.

@@ -7,6 +7,8 @@ use std::str::FromStr;
 
 /// Values of a knob that was given without a step.
 const VALUES: f64 = 60.0;
+/// What a register holds.
+const REGISTER: std::ops::RangeInclusive<f64> = -32_768.0..=32_767.0;
 /// What a real number is at last turned by, as a share of its range.
 const FINEST: f64 = 1e-3;
 /// Range of a knob of which nothing is stated, as factors of its present value.
@@ -91,12 +93,28 @@ impl Knob {
         if self.is_integer && [from, to, step].iter().any(|x| x.fract() != 0.0) {
             return Err(self.refusal(machine, format!("the range {from}..{to}:{step} of an integer")));
         }
+        [from, to].into_iter().try_for_each(|end| self.check_value(machine, end))?;
         for end in [from, to] {
             machine
                 .with_settings([(self.key.as_str(), self.value(end))])
                 .map_err(|e| e.key(self.key.clone()))?;
         }
         Ok(())
+    }
+
+    /// Refuses a value that it cannot have: a fraction of an integer, what a register cannot hold.
+    pub(super) fn check_value(&self, machine: &Machine, value: f64) -> Result<()> {
+        let fits = !self.is_integer || (value.fract() == 0.0 && REGISTER.contains(&value));
+        if value.is_finite() && fits {
+            return Ok(());
+        }
+        let what = if self.is_integer { "a whole number of 16 bits" } else { "a finite number" };
+        Err(Error::new(ErrorKind::OutOfRange)
+            .file(machine.file())
+            .key(self.key.clone())
+            .found(format!("{value:e}"))
+            .expected(what)
+            .remedy("give a value that the controller can be set to"))
     }
 
     fn refusal(&self, machine: &Machine, found: String) -> Error {

@@ -7,13 +7,15 @@ use crate::identify::margins::Margins;
 use crate::machine::Machine;
 use crate::plant::axis::{Axis, LANES};
 use crate::replay::crosscheck::ramp_s;
-use crate::replay::{Cell, Figures, Motion, Traces, check_travel, follow, run, run_together};
+use crate::replay::{Cell, Figures, Motion, Traces, follow, planned_reference, run, run_together};
 use crate::twin::{Command, Driven, LinearLoop, LinearPlant, Sensing, Twin};
 use rayon::prelude::*;
 use std::sync::Arc;
 
 /// Time in which an axis that something pushes comes to rest under control, s.
 const STANDING_S: f64 = 2.0;
+/// An axis this many strokes away from its reference has run away.
+const RUN_AWAY: f64 = 10.0;
 /// Two lengths or forces that differ by less than this share are the same.
 const SAME: f64 = 1e-6;
 
@@ -53,14 +55,24 @@ impl Setting {
 
     /// Excess over the limits, summed over strokes and margins; more than any number for an unstable loop.
     pub fn excess(&self, limits: &Limits) -> f64 {
+        self.excess_of_margins(limits) + self.excess_of_strokes(limits)
+    }
+
+    /// By how much the margins fall short of their bounds; more than any number for an unstable loop.
+    pub fn excess_of_margins(&self, limits: &Limits) -> f64 {
         if !self.is_stable {
             return f64::INFINITY;
         }
-        let of_strokes = self.strokes.iter().map(|stroke| {
-            Criterion::ALL.into_iter().zip(stroke).map(|(c, value)| limits.excess(c, *value)).sum::<f64>()
-        });
         let of_loop = Criterion::ALL[OF_STROKE..].iter().zip(self.margins);
-        of_strokes.sum::<f64>() + of_loop.map(|(c, value)| limits.excess(*c, value)).sum::<f64>()
+        of_loop.map(|(criterion, value)| limits.excess(*criterion, value)).sum()
+    }
+
+    /// By how much the strokes exceed their limits, all strokes together.
+    pub fn excess_of_strokes(&self, limits: &Limits) -> f64 {
+        let of_stroke = |stroke: &OfStroke| {
+            Criterion::ALL.into_iter().zip(stroke).map(|(c, value)| limits.excess(c, *value)).sum::<f64>()
+        };
+        self.strokes.iter().map(of_stroke).sum()
     }
 
     /// Whether it is no worse than another setting, stroke by stroke: inside the limits no figure with a limit counts,
@@ -92,6 +104,17 @@ struct Planned {
     commands: Vec<Command>,
 }
 
+impl Planned {
+    /// Whether the axis has run away.
+    fn diverges(&self, figures: &OfStroke) -> bool {
+        let travel = self.motion.strokes.iter().map(|stroke| stroke.stroke.abs()).sum::<f64>();
+        let error = figures[Criterion::FollowingError as usize];
+        let is_finite = Criterion::ALL.into_iter().zip(figures);
+        let is_finite = is_finite.into_iter().all(|(c, x)| x.is_finite() || c == Criterion::SettlingTime);
+        !is_finite || error > RUN_AWAY * travel
+    }
+}
+
 /// A machine on which settings are measured.
 #[derive(Debug)]
 pub struct Bench<'a> {
@@ -116,8 +139,7 @@ impl<'a> Bench<'a> {
             let stroke = cell.stroke(machine.motion())?;
             let ramp_s = ramp_s(machine, &stroke);
             let motion = Motion { strokes: vec![stroke], lead_s: 0.0, dwell_s, ramp_s };
-            let reference = motion.reference(period_s);
-            check_travel(machine, &reference)?;
+            let reference = planned_reference(machine, &motion)?;
             // A first sample at rest: the reference starts from zero.
             let reference: Vec<f64> = [0.0].into_iter().chain(reference).collect();
             let commands = follow(&reference, period_s).collect();
@@ -174,7 +196,9 @@ impl<'a> Bench<'a> {
             machines.iter().zip(settings).map(|(m, v)| self.of_loop(m, v)).collect();
         for stroke in &self.strokes {
             for (setting, traces) in measured.iter_mut().zip(self.replay(&machines, stroke)) {
-                setting.strokes.push(self.figures(stroke, &traces));
+                let figures = self.figures(stroke, &traces);
+                setting.is_stable &= !stroke.diverges(&figures);
+                setting.strokes.push(figures);
             }
         }
         Ok(measured)

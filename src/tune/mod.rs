@@ -13,7 +13,7 @@ mod search;
 pub use criteria::{Criterion, Limits, Values, WrittenLimit};
 pub use knob::{Knob, Written};
 pub use measure::{Bench, Setting};
-pub use robust::{Departure, Kind, Robustness};
+pub use robust::{Departure, Given, Kind, Robustness};
 pub use search::{Map, Objective};
 
 use crate::error::{Error, ErrorKind, Result};
@@ -54,7 +54,7 @@ pub struct Outcome {
     pub map: Map,
     /// Settings looked at in all.
     pub evaluated: usize,
-    /// The chosen setting, re-checked.
+    /// The chosen setting, then the marked ones, re-checked.
     pub robustness: Robustness,
 }
 
@@ -63,9 +63,11 @@ impl Tuning {
     ///
     /// # Method
     /// Every setting of a grid of at most 3600 is replayed in closed loop on the reduced axis with perfect sensors. The
-    /// order of settings is: least excess over the limits; at least as good as every mark that keeps the limits, on every
-    /// stroke; least objective; least following error. From the best of the grid a compass search goes on in steps halved
-    /// down to one count of an integer and a thousandth of the range of a real number.
+    /// order of settings is: stable, margins short of their bounds by least; strokes beyond their limits by least; at least
+    /// as good as every mark that keeps the limits, on every stroke; least objective; least following error. From the best
+    /// of the grid a compass search goes on in steps halved down to one count of an integer and a thousandth of the range
+    /// of a real number. Of settings that keep the limits within a tenth of the least objective, the one is chosen that
+    /// exceeds the limits least on machines whose mass, friction and base frequencies are off.
     ///
     /// # Errors
     /// A machine without a controller, a knob that is none, a mark of another length, a stroke beyond the travel.
@@ -79,12 +81,21 @@ impl Tuning {
         let own = rivals.next().ok_or_else(|| no_setting(machine))?;
         let marks: Vec<Setting> = rivals.collect();
         let search = search::Search { tuning: self, bench: &bench, marks: &marks };
-        let (map, chosen, evaluated) = search.run(&each)?;
+        let (map, best, mut evaluated) = search.run(&each)?;
+        // Of settings nearly as good, the one that keeps most where the machine is off.
+        let mut candidates = search.nearly_as_good(&map, best);
+        evaluated += candidates.len() * robust::DEPARTURES;
+        let mut looked_at: Vec<Vec<f64>> = candidates.iter().map(|setting| setting.values.clone()).collect();
+        looked_at.extend(marks.iter().map(|mark| mark.values.clone()));
+        let checked = Robustness::of(machine, self, &looked_at, &each)?;
+        let excess = |k: &usize| checked.excess(*k, &self.limits);
+        let sturdiest = (0..candidates.len()).min_by(|a, b| excess(a).total_cmp(&excess(b))).unwrap_or(0);
+        let chosen = candidates.swap_remove(sturdiest);
+        let robustness = checked.only(sturdiest, looked_at.len() - marks.len()..looked_at.len());
         let beats = marks
             .iter()
             .map(|mark| chosen.is_at_least_as_good_as(mark, &self.limits, bench.period_s()))
             .collect();
-        let robustness = Robustness::of(machine, self, &chosen.values, &each)?;
         Ok(Outcome { own, marks, chosen, beats, map, evaluated, robustness })
     }
 
@@ -136,6 +147,14 @@ impl Tuning {
                 &expected,
                 "write them in the order of --vary, as in --mark 22,220",
             );
+        }
+        for mark in &self.marks {
+            self.knobs.iter().zip(mark).try_for_each(|(knob, value)| knob.check_value(machine, *value))?;
+        }
+        let twice = |k: &usize| self.knobs[..*k].iter().any(|knob| knob.key == self.knobs[*k].key);
+        if let Some(twice) = (0..self.knobs.len()).find(twice) {
+            let key = self.knobs[twice].key.clone();
+            return refuse(&key, "the key twice".to_owned(), "each number once", "leave one of both out");
         }
         if !(self.friction.is_finite() && self.friction >= 0.0) {
             return refuse(

@@ -25,22 +25,24 @@ pub enum Departure {
     BaseFrequencies(f64),
 }
 
-/// What a setting does on machines that depart from the stated one.
+/// What settings do on machines that depart from the stated one.
 #[derive(Debug, Clone)]
 pub struct Robustness {
-    /// Each departure with what the setting does there.
-    pub rows: Vec<(Departure, Setting)>,
+    /// Each departure with what each setting does there.
+    pub rows: Vec<(Departure, Vec<Setting>)>,
+    /// Coulomb friction as stated, N or N·m.
+    stated_friction: f64,
 }
 
 impl Robustness {
-    /// Measures one setting on every departure that the machine can have.
+    /// Measures settings on every departure that the machine can have.
     ///
     /// # Errors
     /// What the machine refuses.
     pub(super) fn of(
         machine: &Machine,
         tuning: &Tuning,
-        values: &[f64],
+        settings: &[Vec<f64>],
         each: &(impl Fn(usize) + Sync),
     ) -> Result<Self> {
         let mut departures: Vec<Departure> = MASS.map(Departure::Mass).to_vec();
@@ -53,20 +55,58 @@ impl Robustness {
         let row = |departure: Departure| {
             let departed = departure.machine(machine)?;
             let bench = Bench::new(&departed, &tuning.knobs, &tuning.cells, tuning.dwell_s)?;
-            let setting = bench.measure(&[values.to_vec()], each)?;
-            Ok(setting.into_iter().next().map(|setting| (departure, setting)))
+            Ok((departure, bench.measure(settings, each)?))
         };
-        let rows: Vec<_> = departures.into_iter().map(row).collect::<Result<_>>()?;
-        Ok(Self { rows: rows.into_iter().flatten().collect() })
+        let stated_friction = machine.number(&friction_path(machine)).unwrap_or(0.0);
+        Ok(Self { rows: departures.into_iter().map(row).collect::<Result<_>>()?, stated_friction })
     }
 
-    /// What gives first for departures of one kind: the smallest departure beyond the limits, and the criterion.
-    pub fn gives_first(&self, limits: &Limits, kind: Kind) -> Option<(Departure, Criterion)> {
-        let of_kind = self.rows.iter().filter(|(departure, _)| departure.kind() == kind);
-        let given =
-            of_kind.filter_map(|(departure, setting)| Some((*departure, limits.worst(&setting.worst())?)));
-        given.min_by(|(a, _), (b, _)| a.size().total_cmp(&b.size()))
+    /// The settings at these places only, the one at `first` first.
+    pub(super) fn only(&self, first: usize, others: std::ops::Range<usize>) -> Self {
+        let pick = |settings: &Vec<Setting>| {
+            [&settings[first]].into_iter().chain(&settings[others.clone()]).cloned().collect()
+        };
+        let rows = self.rows.iter().map(|(departure, settings)| (*departure, pick(settings))).collect();
+        Self { rows, ..*self }
     }
+
+    /// Excess of a setting over the limits, all departures together.
+    pub fn excess(&self, setting: usize, limits: &Limits) -> f64 {
+        self.rows.iter().map(|(_, settings)| settings[setting].excess(limits)).sum()
+    }
+
+    /// What gives first for departures of one kind: the smallest departures at which the first setting exceeds a limit
+    /// that it keeps on the stated machine. `nominal`: what it does there.
+    pub fn gives_first(&self, limits: &Limits, nominal: &Setting, kind: Kind) -> Vec<Given> {
+        let kept = limits.exceeded(&nominal.worst());
+        let given = |(departure, settings): &(Departure, Vec<Setting>)| {
+            let setting = &settings[0];
+            let fresh = limits.exceeded(&setting.worst()).into_iter().filter(|c| !kept.contains(c)).collect();
+            let given = Given { departure: *departure, criteria: fresh, is_stable: setting.is_stable };
+            (!given.criteria.is_empty() || (nominal.is_stable && !given.is_stable)).then_some(given)
+        };
+        let of_kind = self.rows.iter().filter(|(departure, _)| departure.kind() == kind);
+        let all: Vec<Given> = of_kind.filter_map(given).collect();
+        let size = |given: &Given| given.departure.size(self.stated_friction);
+        let least = all.iter().map(size).fold(f64::INFINITY, f64::min);
+        all.into_iter().filter(|given| size(given) <= least * (1.0 + 1e-9)).collect()
+    }
+}
+
+/// A departure at which a setting gives, and what it no longer keeps there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Given {
+    /// The departure.
+    pub departure: Departure,
+    /// Criteria beyond their limits that were kept before.
+    pub criteria: Vec<Criterion>,
+    /// Whether the loop is stable there.
+    pub is_stable: bool,
+}
+
+fn friction_path(machine: &Machine) -> String {
+    let id = EffectId::CoulombFriction;
+    format!("effect.{}.{}", id.name(), id.parameters()[0].key(machine.motion()))
 }
 
 /// What departs.
@@ -104,9 +144,11 @@ impl Departure {
         }
     }
 
-    fn size(self) -> f64 {
+    /// How far it is from the stated machine.
+    fn size(self, stated_friction: f64) -> f64 {
         match self {
-            Self::Mass(size) | Self::Friction(size) | Self::BaseFrequencies(size) => size.abs(),
+            Self::Mass(share) | Self::BaseFrequencies(share) => share.abs(),
+            Self::Friction(level) => (level - stated_friction).abs(),
         }
     }
 
@@ -122,7 +164,7 @@ impl Departure {
                 let now = machine.number(&path).unwrap_or(0.0);
                 vec![(path, now + more)]
             }
-            Self::Friction(level) => vec![effect(EffectId::CoulombFriction, level)],
+            Self::Friction(level) => vec![(friction_path(machine), level)],
             Self::BaseFrequencies(share) => {
                 let modes = machine.description().base.as_ref().map_or(0, |base| base.mode.len());
                 (0..modes)

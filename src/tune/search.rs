@@ -6,6 +6,10 @@ use std::collections::HashSet;
 
 /// Settings of a map at most.
 const MOST_SETTINGS: f64 = 3600.0;
+/// Objectives within this share of the least are nearly as good.
+const NEARLY: f64 = 0.1;
+/// Settings that are re-checked at most.
+const MOST_CANDIDATES: usize = 64;
 /// Steps of the search at most.
 const MOST_ROUNDS: usize = 200;
 
@@ -154,15 +158,43 @@ impl Search<'_> {
         }
     }
 
-    /// Excess over the limits; whether a mark that keeps them is better on some stroke; objective; following error.
-    fn rank(&self, setting: &Setting) -> [f64; 4] {
+    /// Settings that keep the limits, are no worse than the marks that do, and lie within a tenth of the best objective:
+    /// the best of all first, not too many.
+    pub fn nearly_as_good(&self, map: &Map, best: Setting) -> Vec<Setting> {
+        let objective = self.tuning.objective.criterion();
+        let least = self.rank(&best);
+        let most = least[3] * (1.0 + NEARLY);
+        let is_near = |setting: &&Setting| {
+            let rank = self.rank(setting);
+            rank[..3] == least[..3] && rank[3] <= most && setting.values != best.values
+        };
+        let mut near: Vec<Setting> = Vec::new();
+        if best.excess(&self.tuning.limits) == 0.0 {
+            near = map.settings.iter().chain(self.marks).filter(is_near).cloned().collect();
+            near.sort_by(|a, b| a.mean(objective).total_cmp(&b.mean(objective)));
+            near.dedup_by(|a, b| a.values == b.values);
+            near.truncate(MOST_CANDIDATES - 1);
+        }
+        near.insert(0, best);
+        near
+    }
+
+    /// Margins short of their bounds; strokes beyond their limits; how many marks that keep all limits are better on some
+    /// stroke; objective; following error.
+    fn rank(&self, setting: &Setting) -> [f64; 5] {
         let limits = &self.tuning.limits;
         let is_worse = |mark: &&Setting| {
             mark.excess(limits) == 0.0 && !setting.is_at_least_as_good_as(mark, limits, self.bench.period_s())
         };
         let worse = self.marks.iter().filter(is_worse).count() as f64;
         let objective = self.tuning.objective.criterion();
-        [setting.excess(limits), worse, setting.mean(objective), setting.mean(Criterion::FollowingError)]
+        [
+            setting.excess_of_margins(limits),
+            setting.excess_of_strokes(limits),
+            worse,
+            setting.mean(objective),
+            setting.mean(Criterion::FollowingError),
+        ]
     }
 }
 
