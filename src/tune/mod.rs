@@ -158,7 +158,7 @@ impl Tuning {
         }
         if !(self.friction.is_finite() && self.friction >= 0.0) {
             return refuse(
-                "friction",
+                "--friction",
                 self.friction.to_string(),
                 "zero or more",
                 "give the friction to withstand",

@@ -39,7 +39,7 @@ impl Robustness {
     ///
     /// # Errors
     /// What the machine refuses.
-    pub(super) fn of(
+    pub fn of(
         machine: &Machine,
         tuning: &Tuning,
         settings: &[Vec<f64>],
