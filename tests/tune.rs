@@ -159,8 +159,8 @@ fn exact_choice_is_the_sturdiest_of_those_that_settle_as_soon() {
     assert!(!rivals.is_empty());
     let checked = Robustness::of(machine, tuning, &rivals, &|_| ()).unwrap();
     let own = outcome.robustness.excess(0, limits);
-    for k in 0..rivals.len() {
-        assert!(own <= checked.excess(k, limits) + 1e-9, "{:?} against {:?}", chosen.values, rivals[k]);
+    for (k, rival) in rivals.iter().enumerate() {
+        assert!(own <= checked.excess(k, limits) + 1e-9, "{:?} against {rival:?}", chosen.values);
     }
 }
 

@@ -17,7 +17,7 @@ use super::setting::{Setting, lay_over};
 use super::{Failure, Screen, style};
 
 /// Width that the table of criteria needs.
-const WIDTH: usize = 112;
+const WIDTH: usize = 120;
 /// Longest standstill that may be asked for, in s.
 const LONGEST_STANDSTILL_S: f64 = 60.0;
 /// Friction to withstand where none is stated, as a share of the peak thrust of the strokes.
