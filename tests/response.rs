@@ -521,7 +521,10 @@ fn exact_an_excitation_stays_within_its_limits_and_is_as_predicted() {
             traces.effort_v[5 * found.period.len()..].iter().fold(0.0, |most: f64, u| most.max(u.abs()));
         assert!((steady / found.predicted.effort_v - 1.0).abs() < 1e-3, "{steady} {:?}", found.predicted);
         assert!(found.crest_factor() < 2.5, "{}", found.crest_factor());
-        assert_eq!(Peaks::about(0.0, &traces).effort_v.max(simulated.effort_v), Peaks::about(0.0, &traces).effort_v);
+        assert_eq!(
+            Peaks::about(0.0, &traces).effort_v.max(simulated.effort_v),
+            Peaks::about(0.0, &traces).effort_v
+        );
     }
 }
 

@@ -101,7 +101,9 @@ pub fn measured(runs: &[&Run], part: Part, resolution_hz: Option<f64>) -> Result
     let Some(first) = runs.first() else {
         return Err(Error::new(ErrorKind::TooLittleData).key("run").found("no run").expected("at least one"));
     };
-    if let Some(resolution) = resolution_hz.filter(|resolution| !(resolution.is_finite() && *resolution > 0.0)) {
+    if let Some(resolution) =
+        resolution_hz.filter(|resolution| !(resolution.is_finite() && *resolution > 0.0))
+    {
         return Err(Error::new(ErrorKind::OutOfRange)
             .key("--resolution")
             .found(resolution.to_string())
