@@ -276,10 +276,9 @@ fn exact_drag_that_is_not_stated_shows_as_a_misfit() {
 #[test]
 fn exact_a_logged_ramp_that_the_signals_do_not_show_is_told() {
     let truth = Truth { friction_n: 12.0, ramp_s: 0.025 };
-    let made = run(PlantChoice::Axis, truth, "0.02@8", true, 7);
-    let other = run(PlantChoice::Axis, Truth { ramp_s: 0.03, ..truth }, "0.02@8", true, 7);
+    let made = run(PlantChoice::Axis, truth, "0.02@8", false, 7);
+    let other = run(PlantChoice::Axis, Truth { ramp_s: 0.03, ..truth }, "0.02@8", false, 7);
     let logged = other.signal(Signal::PositionReference).unwrap();
-    // The longer ramp makes the longer run.
     let mut signals = keeping(&made, is_no_reference).signals().clone();
     signals.insert(Signal::PositionReference, logged[..made.len()].to_vec());
     let mut mixed = Run::new(made.name(), made.motion(), made.sample_period_s(), signals).unwrap();
