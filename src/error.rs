@@ -87,10 +87,12 @@ impl Error {
             .remedy("check the path and its permissions")
     }
 
-    /// The file in which it happened. Kept if one was named already (the innermost knows best).
+    /// The file in which it happened; an empty path names none. Kept if one was named already (the innermost knows best).
     #[must_use]
     pub fn file(mut self, path: impl AsRef<Path>) -> Self {
-        self.0.place.file.get_or_insert_with(|| path.as_ref().to_path_buf());
+        if !path.as_ref().as_os_str().is_empty() {
+            self.0.place.file.get_or_insert_with(|| path.as_ref().to_path_buf());
+        }
         self
     }
 

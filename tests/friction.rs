@@ -258,3 +258,77 @@ fn exact_held_constants_move_friction_as_a_fit_with_them_does() {
     // Far more than the interval, which is of noise.
     assert!(mass.coulomb.abs() > 10.0 * stated.coulomb.standard_error, "{mass:?}");
 }
+
+/// Drag that the twin does not have: without it the twin does not fit, with it both numbers are found.
+#[test]
+fn exact_drag_that_is_not_stated_shows_as_a_misfit() {
+    let truth = Truth { friction_n: 8.0, ramp_s: 0.02 };
+    let runs = ["0.02@4", "0.03@16"].map(|cell| run(PlantChoice::Axis, truth, cell, true, 5));
+    let all: Vec<&Run> = runs.iter().collect();
+    let machine = grinder().with_settings([("guide.viscous_n_s_per_m", 0.0.into())]).unwrap();
+    let without = identify(&all, &machine, false).unwrap();
+    assert!(without.is_misfit() && !without.coulomb.covers(8.0), "{without:?}");
+    let with = identify(&all, &machine, true).unwrap();
+    assert!(!with.is_misfit() && with.coulomb.covers(8.0), "{with:?}");
+    assert!(with.other_ramps(250e-6).is_empty());
+}
+
+#[test]
+fn exact_a_logged_ramp_that_the_signals_do_not_show_is_told() {
+    let truth = Truth { friction_n: 12.0, ramp_s: 0.025 };
+    let made = run(PlantChoice::Axis, truth, "0.02@8", false, 7);
+    let other = run(PlantChoice::Axis, Truth { ramp_s: 0.03, ..truth }, "0.02@8", false, 7);
+    let logged = other.signal(Signal::PositionReference).unwrap();
+    let mut signals = keeping(&made, is_no_reference).signals().clone();
+    signals.insert(Signal::PositionReference, logged[..made.len()].to_vec());
+    let mut mixed = Run::new(made.name(), made.motion(), made.sample_period_s(), signals).unwrap();
+    mixed.metadata.clone_from(&made.metadata);
+    let found = found(&[mixed], false);
+    let told: Vec<&str> = found.other_ramps(250e-6).iter().map(|run| run.name.as_str()).collect();
+    assert_eq!(told, [made.name()], "{found:?}");
+}
+
+/// The command on a machine that states no drag estimates it, and says so.
+#[test]
+fn exact_the_command_estimates_drag_where_none_is_stated() {
+    let folder = tempfile::tempdir().unwrap();
+    let machine = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder").display().to_string();
+    let mut head = format!("machine = {machine:?}\nsample_period_s = 250e-6\n");
+    let truth = Truth { friction_n: 8.0, ramp_s: 0.02 };
+    for (name, cell, [stroke, feed]) in [("slow", "0.02@4", [0.02, 4.0]), ("fast", "0.03@16", [0.03, 16.0])] {
+        let run = run(PlantChoice::Axis, truth, cell, true, 5);
+        let logged = [Signal::PositionReference, Signal::Position, Signal::Thrust];
+        let columns = logged.map(|signal| run.signal(signal).unwrap());
+        let mut log = "time_s,position_reference_m,position_m,thrust_n\n".to_owned();
+        for (k, ((r, x), f)) in columns[0].iter().zip(columns[1]).zip(columns[2]).enumerate() {
+            log += &format!("{},{r:e},{x:e},{f:e}\n", k as f64 * 250e-6);
+        }
+        std::fs::write(folder.path().join(format!("{name}.csv")), log).unwrap();
+        head +=
+            &format!("[[run]]\nfile = \"{name}.csv\"\nstroke_m = {stroke:?}\nfeed_m_per_min = {feed:?}\n");
+    }
+    std::fs::write(folder.path().join("recording.toml"), head).unwrap();
+    let shown = |more: &[&str]| {
+        let place = folder.path().display().to_string();
+        let arguments = [&["identify", "friction", &place][..], more].concat();
+        let output =
+            std::process::Command::new(env!("CARGO_BIN_EXE_slideway")).args(arguments).output().unwrap();
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), told.as_str()), (Some(0), ""));
+        String::from_utf8(output.stdout).unwrap()
+    };
+    let without = shown(&["--set", "guide.viscous_n_s_per_m=0.0"]);
+    assert!(
+        without.contains("states no viscous drag") && without.contains("viscous coefficient"),
+        "{without}"
+    );
+    assert!(!without.contains("DOES NOT FIT") && !without.contains("+0.000"), "{without}");
+    let stated = shown(&[]);
+    assert!(
+        !stated.contains("states no viscous drag") && !stated.contains("viscous coefficient"),
+        "{stated}"
+    );
+    // Half the drag that there is.
+    let wrong = shown(&["--set", "guide.viscous_n_s_per_m=160.0"]);
+    assert!(wrong.starts_with("THE TWIN DOES NOT FIT"), "{wrong}");
+}

@@ -21,6 +21,7 @@ use slideway::plant::axis::{Axis, SampledResponse};
 use slideway::plant::rapier::Rig;
 use slideway::plant::{Drive, Plant};
 use slideway::replay::PlantChoice;
+use slideway::replay::excitation::Excitation;
 use slideway::replay::multisine::{Injection, Limits, Multisine, Peaks, Request, Wave};
 use slideway::replay::{follow, run};
 use slideway::twin::{Command, LinearLoop, Sensing, Twin};
@@ -31,8 +32,13 @@ fn models(name: &str) -> PathBuf {
 
 fn machine_with(name: &str, settings: &[(&str, f64)]) -> Machine {
     let machine = Machine::read(&models(name)).unwrap();
+    // A register holds whole numbers.
+    let value = |path: &str, number: f64| match path {
+        "controller.integral" => toml::Value::Integer(number as i64),
+        _ => toml::Value::Float(number),
+    };
     let values: Vec<(String, toml::Value)> =
-        settings.iter().map(|(path, value)| ((*path).to_owned(), toml::Value::Float(*value))).collect();
+        settings.iter().map(|(path, number)| ((*path).to_owned(), value(path, *number))).collect();
     machine.with_settings(values.iter().map(|(path, value)| (path.as_str(), value.clone()))).unwrap()
 }
 
@@ -112,6 +118,17 @@ fn exact_a_sampled_integrator_has_its_margin_at_half_the_sampling_rate() {
     assert!(
         (up.margin_db - 20.0 * (2.0 / gain).log10()).abs() < 1e-9 && (up.frequency_hz - 500.0).abs() < 1e-9
     );
+}
+
+#[test]
+fn exact_the_edge_of_what_was_measured_is_no_modulus_margin() {
+    let open = |f: f64| Complex::from_polar(30.0 / (TAU * f), -FRAC_PI_2 - TAU * f * 0.01);
+    let nearest = Margins::of(&on(even(1.0, 50.0, 400), open)).unwrap().modulus.unwrap().frequency_hz;
+    assert!((10.0..20.0).contains(&nearest), "{nearest}");
+    for band in [[1.0, 0.8 * nearest], [1.2 * nearest, 50.0]] {
+        let cut = Margins::of(&on(even(band[0], band[1], 400), open)).unwrap();
+        assert_eq!(cut.modulus, None, "{band:?}");
+    }
 }
 
 #[test]
@@ -266,6 +283,54 @@ fn exact_a_machine_without_a_controller_has_a_plant_but_no_loop() {
     constants.controller = None;
     let plant = slideway::twin::LinearPlant::of_constants(&constants, 0.0);
     assert!(plant.plant(10.0).norm() > 0.0);
+}
+
+/// Largest distance from the start within a second, 0.1 mm away from where it is to be.
+fn farthest(machine: &Machine) -> f64 {
+    let mut twin = Twin::new(machine, Axis::of(&machine.constants()), Sensing::Perfect);
+    let traces = run(&mut twin, follow(&vec![1e-4; 8000], 250e-6), |_| ());
+    traces.position.iter().fold(0.0, |most: f64, x| most.max(x.abs()))
+}
+
+#[test]
+fn exact_a_gain_of_the_wrong_sign_is_unstable_as_the_twin_shows() {
+    let key = ["controller.integral", "controller.position_gain_per_s"];
+    for (settings, is_stable) in [
+        ([(key[0], 19.0), (key[1], 6.5)], true),
+        ([(key[0], 5.0), (key[1], 3.0)], true),
+        ([(key[0], -5.0), (key[1], 6.5)], false),
+        ([(key[0], 19.0), (key[1], -6.5)], false),
+    ] {
+        let machine = machine_with("grinder", &settings);
+        assert_eq!(LinearLoop::of(&machine).unwrap().is_stable(), is_stable, "{settings:?}");
+        let farthest = farthest(&machine);
+        assert!((farthest < 1e-3) == is_stable, "{settings:?}: {farthest}");
+    }
+}
+
+#[test]
+fn exact_a_loop_without_position_feedback_is_not_stable() {
+    let stated = LinearLoop::of(&machine_with("grinder", &[])).unwrap();
+    let gains = stated.gains();
+    for gains in [
+        Gains { integral: 0.0, ..gains },
+        Gains { position: 0.0, ..gains },
+        Gains { integral: 0.0, error: 0.0, velocity: 0.0, ..gains },
+    ] {
+        let other = stated.retuned(gains);
+        assert!(!other.is_stable(), "{gains:?}");
+        // What can be read off it does not fail.
+        assert!(other.margins().modulus.is_some());
+    }
+}
+
+#[test]
+fn exact_an_unstable_twin_is_not_excited() {
+    let machine = machine_with("grinder", &[("controller.integral", 200.0)]);
+    let request = request(&machine, Injection::Voltage, Wave::Multisine);
+    let error = Multisine::design(&machine, &request).unwrap_err();
+    assert_eq!(error.key_name(), Some("controller"));
+    assert!(error.to_string().contains("not stable"), "{error}");
 }
 
 // --- estimators ---
@@ -496,6 +561,24 @@ fn exact_a_response_without_a_peak_is_refused() {
     assert_eq!(few.kind(), ErrorKind::TooLittleData);
 }
 
+#[test]
+fn exact_a_residual_within_its_deviation_does_not_narrow_intervals() {
+    let constants = machine_with("grinder", &[]).constants();
+    let response = SampledResponse::to_force(&constants);
+    let with = |relative_sd: f64| {
+        let point = |k: i32| {
+            let (frequency_hz, value) = (f64::from(k), response.position(f64::from(k)));
+            Point { frequency_hz, re: value.re, im: value.im, coherence: 1.0, relative_sd, quantile: 2.0 }
+        };
+        let points: Vec<Point> = (5..300).map(point).collect();
+        modes(&points, constants.sample_period_s, Hold::Zero, Some(5)).unwrap()
+    };
+    let (fine, coarse) = (with(1e-4), with(1e-3));
+    assert!(coarse.residual < 0.1, "{}", coarse.residual);
+    let ratio = coarse.modes[0].frequency_hz.standard_error / fine.modes[0].frequency_hz.standard_error;
+    assert!((ratio / 10.0 - 1.0).abs() < 0.01, "{ratio}");
+}
+
 // --- excitation ---
 
 fn request(machine: &Machine, injection: Injection, wave: Wave) -> Request {
@@ -521,8 +604,60 @@ fn exact_an_excitation_stays_within_its_limits_and_is_as_predicted() {
             traces.effort_v[5 * found.period.len()..].iter().fold(0.0, |most: f64, u| most.max(u.abs()));
         assert!((steady / found.predicted.effort_v - 1.0).abs() < 1e-3, "{steady} {:?}", found.predicted);
         assert!(found.crest_factor() < 2.5, "{}", found.crest_factor());
-        assert_eq!(Peaks::of(&traces).effort_v.max(simulated.effort_v), Peaks::of(&traces).effort_v);
+        assert_eq!(
+            Peaks::about(0.0, &traces).effort_v.max(simulated.effort_v),
+            Peaks::about(0.0, &traces).effort_v
+        );
     }
+}
+
+#[test]
+fn exact_an_excitation_stands_in_the_middle_of_the_travel() {
+    let machine = machine_with("grinder_yaxis", &[]);
+    let joint = &machine.solid().joint;
+    assert_eq!((joint.lower, joint.middle(), joint.upper), (0.0, 1.0, 2.0));
+    for injection in [Injection::Voltage, Injection::Reference] {
+        let limits = Limits::of(&machine, 0.25);
+        assert_eq!(limits.position, Some(0.25));
+        let band_hz = [1.0, 30.0];
+        let request = Request { band_hz, limits, ..request(&machine, injection, Wave::Multisine) };
+        let found = Multisine::design(&machine, &request).unwrap();
+        assert!(found.simulated.position <= 0.25 && found.simulated.position > 1e-6, "{:?}", found.simulated);
+        let reference = found.reference(1);
+        let mean = reference.iter().sum::<f64>() / reference.len() as f64;
+        assert!((mean - 1.0).abs() < 1e-9, "{mean}");
+        let traces = found.excite(&machine, PlantChoice::Rapier, Sensing::Perfect, 3).unwrap();
+        let peaks = Peaks::about(1.0, &traces);
+        assert!((peaks.position / found.simulated.position - 1.0).abs() < 0.02, "{peaks:?}");
+    }
+}
+
+#[test]
+fn exact_random_forces_keep_the_axis_off_its_end_stops() {
+    let machine = machine_with("grinder_yaxis", &[]);
+    let constants = machine.constants();
+    let excitation = Excitation { period_s: 0.025, samples: 1000, seed: 1 };
+    let excited = excitation.run(&machine, PlantChoice::Rapier).unwrap();
+    let fastest = excited.velocity.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
+    let z = constants.viscous * 0.025 / constants.moving_mass;
+    let gain = if z > 0.0 { (1.0 - (-z).exp()) / constants.viscous } else { 0.025 / constants.moving_mass };
+    for (k, pair) in excited.velocity.windows(2).enumerate() {
+        let off = pair[1] - (-z).exp() * pair[0] - gain * excited.force[k];
+        assert!(off.abs() < 1e-6 * fastest, "sample {k}: {off}");
+    }
+}
+
+#[test]
+fn exact_below_the_bandwidth_the_injected_voltage_is_what_the_machine_can_use() {
+    let machine = machine_with("grinder", &[]);
+    let good = request(&machine, Injection::Voltage, Wave::Multisine);
+    let request = Request { band_hz: [0.1, 0.5], resolution_hz: 0.1, ..good };
+    let found = Multisine::design(&machine, &request).unwrap();
+    // The joint's 2000 N through 1.3 Ω and 83.1 N/A.
+    let usable = 2000.0 * 1.3 / 83.1;
+    assert!((found.peak() / usable - 1.0).abs() < 1e-9, "{} V", found.peak());
+    let error = request.check_length(1_000_000, 250e-6).unwrap_err();
+    assert_eq!(error.key_name(), Some("--resolution"));
 }
 
 #[test]
@@ -598,6 +733,10 @@ fn exact_the_command_prints_margins_and_the_stated_modes() {
         let [stated, _, measured, _] = row(&shown, name)[..] else { panic!("{shown}") };
         assert!((stated - measured).abs() < off, "{name}: {stated} {measured}\n{shown}");
     }
+    assert!(
+        shown.contains(" kg and a viscous coefficient of ") && shown.contains(" N·s/m; residual"),
+        "{shown}"
+    );
     let modes: Vec<Vec<f64>> = (1..=5).map(|k| row(&shown, &format!("{k} "))).collect();
     for (mode, (frequency, _)) in modes.iter().zip(BASE) {
         assert!((mode[0] / frequency - 1.0).abs() < 1e-3 && (mode[3] / 0.02 - 1.0).abs() < 0.05, "{shown}");
@@ -612,7 +751,10 @@ fn exact_strokes_show_the_open_loop_by_the_known_controller() {
     let start = ["identify", "response", "--machine", &machine, "--excitation", "strokes", "--plant", "axis"];
     let (code, shown, told) = slideway(&start);
     assert_eq!((code, told.as_str()), (Some(0), ""));
-    assert!(shown.contains("controller as stated") && shown.contains("no peak above the noise"), "{shown}");
+    assert!(
+        shown.contains("controller as stated") && shown.contains("No resonance stands out between"),
+        "{shown}"
+    );
     let [stated, _, measured, _] = row(&shown, "phase margin, °")[..] else { panic!("{shown}") };
     // Eight strokes leave some degrees of scatter at the crossover.
     assert!((stated - measured).abs() < 8.0, "{shown}");
@@ -667,6 +809,83 @@ fn exact_a_multisine_is_written_recorded_and_read() {
     assert!((stated - measured).abs() < 0.2, "{shown}");
 }
 
+/// A recording of runs with a multisine, each of the machine with another integral gain.
+fn recorded_with(folder: &Path, integrals: &[(&str, f64)]) -> String {
+    let place = models("grinder").display().to_string();
+    let mut head = format!("machine = {place:?}\nsample_period_s = 250e-6\n");
+    for (name, integral) in integrals {
+        let machine = machine_with("grinder", &[("controller.integral", *integral)]);
+        let request = request(&machine, Injection::Voltage, Wave::Multisine);
+        let design = Multisine::design(&machine, &request).unwrap();
+        let sensing = Sensing::AsStated { seed: 3 };
+        let traces = design.excite(&machine, PlantChoice::Axis, sensing, 4).unwrap();
+        let mut log = "time_s,disturbance_v,control_effort_v,position_m\n".to_owned();
+        for (k, d) in design.command(4).iter().enumerate() {
+            let (u, x) = (traces.effort_v[k], traces.position[k]);
+            log += &format!("{},{d:e},{u:e},{x:e}\n", k as f64 * 250e-6);
+        }
+        std::fs::write(folder.join(format!("{name}.csv")), log).unwrap();
+        head += &format!(
+            "[[run]]\nfile = \"{name}.csv\"\nset = {{ \"controller.integral\" = {integral} }}\n\
+             excitation_period_s = 1.0\nexcitation_band_hz = [5.0, 300.0]\n"
+        );
+    }
+    std::fs::write(folder.join("recording.toml"), head).unwrap();
+    folder.display().to_string()
+}
+
+#[test]
+fn exact_a_recordings_own_settings_are_in_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = recorded_with(folder.path(), &[("soft", 10.0), ("stiff", 19.0)]);
+    refused(&["identify", "response", &place], &["stiff.set", "soft", "--run"]);
+    let (code, _, told) = slideway(&["identify", "response", &place, "--of", "plant"]);
+    assert_eq!((code, told.as_str()), (Some(0), ""), "one plant, whatever the controller");
+    let mut margins = Vec::new();
+    for name in ["soft", "stiff"] {
+        let (code, shown, told) = slideway(&["identify", "response", &place, "--run", name]);
+        assert_eq!((code, told.as_str()), (Some(0), ""));
+        let [stated, _, measured, _] = row(&shown, "phase margin, °")[..] else { panic!("{shown}") };
+        assert!((stated - measured).abs() < 0.5, "{name}: {shown}");
+        margins.push(stated);
+    }
+    assert!((margins[0] - margins[1]).abs() > 2.0, "{margins:?}");
+    refused(&["identify", "response", &place, "--run", "none"], &["--run", "soft, stiff"]);
+}
+
+#[test]
+fn exact_an_unstable_loop_is_said_and_has_no_margins() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = recorded_with(folder.path(), &[("one", 19.0)]);
+    let text = std::fs::read_to_string(folder.path().join("recording.toml")).unwrap();
+    std::fs::write(folder.path().join("recording.toml"), text.replace("= 19 }", "= 200 }")).unwrap();
+    let (code, shown, told) = slideway(&["identify", "response", &place]);
+    assert_eq!((code, told.as_str()), (Some(0), ""));
+    assert!(shown.contains("NOT STABLE") && !shown.contains("linear loop "), "{shown}");
+    let machine = models("grinder").display().to_string();
+    for value in ["controller.integral=200", "controller.integral=-5", "controller.proportional=100000"] {
+        let response = ["identify", "response", "--machine", &machine, "--set", value];
+        refused(&response, &["machine.toml", "controller", "not stable"]);
+        refused(&[&response[..], &["--excitation", "strokes"]].concat(), &["not stable"]);
+    }
+}
+
+#[test]
+fn exact_a_resolution_that_a_recording_does_not_have_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = recorded_with(folder.path(), &[("one", 19.0)]);
+    let text = std::fs::read_to_string(folder.path().join("recording.toml")).unwrap();
+    // Without its period it is read by segments.
+    let text: String =
+        text.lines().filter(|l| !l.starts_with("excitation_")).map(|l| format!("{l}\n")).collect();
+    std::fs::write(folder.path().join("recording.toml"), text).unwrap();
+    for value in ["0", "-1", "1e-300", "1e300", "nan"] {
+        refused(&["identify", "response", &place, "--resolution", value], &["--resolution"]);
+    }
+    let (code, _, told) = slideway(&["identify", "response", &place, "--resolution", "2"]);
+    assert_eq!((code, told.as_str()), (Some(0), ""));
+}
+
 #[test]
 fn exact_multisine_of_wrong_input_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -681,4 +900,5 @@ fn exact_multisine_of_wrong_input_is_refused() {
     multisine(&["--band", "5.2..5.3"], &["--band", "at least one line"]);
     multisine(&["--band", "5..300", "--share", "2"], &["--share"]);
     multisine(&["--band", "5..300", "--resolution", "0"], &["--resolution"]);
+    multisine(&["--band", "0.001..0.01", "--resolution", "0.001"], &["--resolution", "ten million"]);
 }

@@ -17,6 +17,8 @@ const START_S: f64 = 2.0;
 const SEGMENTS: usize = 8;
 /// Longest segment where no resolution is asked for, in samples.
 const LONGEST_SEGMENT: usize = 8192;
+/// Fewest samples of a segment.
+const LEAST_SEGMENT: f64 = 8.0;
 /// Coherence from which on a point belongs to a measured response.
 pub const COHERENT: f64 = 0.8;
 
@@ -93,11 +95,21 @@ impl Measured {
 /// Ljung, *System Identification: Theory for the User*, 2nd ed., section 13.5 (indirect and joint input-output identification).
 ///
 /// # Errors
-/// No run; a signal that is missing; nothing that excites; an open loop without injected voltage; too short runs.
+/// No run; a signal that is missing; nothing that excites; an open loop without injected voltage; too short runs; a resolution
+/// that is not > 0 or that the runs do not have.
 pub fn measured(runs: &[&Run], part: Part, resolution_hz: Option<f64>) -> Result<Measured> {
     let Some(first) = runs.first() else {
         return Err(Error::new(ErrorKind::TooLittleData).key("run").found("no run").expected("at least one"));
     };
+    if let Some(resolution) =
+        resolution_hz.filter(|resolution| !(resolution.is_finite() && *resolution > 0.0))
+    {
+        return Err(Error::new(ErrorKind::OutOfRange)
+            .key("--resolution")
+            .found(resolution.to_string())
+            .expected("a distance of the frequencies in Hz above 0")
+            .remedy("give for instance 0.5"));
+    }
     let instrument = instrument(runs, part)?;
     let triples = runs.iter().map(|run| signals(run, part, instrument)).collect::<Result<Vec<_>>>()?;
     let period_s = first.sample_period_s();
@@ -117,13 +129,27 @@ pub fn measured(runs: &[&Run], part: Part, resolution_hz: Option<f64>) -> Result
     let lengths = || triples.iter().map(|[r, ..]| r.len());
     let (total, shortest) = (lengths().sum::<usize>(), lengths().min().unwrap_or_default());
     let length = match resolution_hz {
-        Some(resolution) if resolution > 0.0 => (1.0 / (resolution * period_s)).round() as usize,
+        Some(resolution) => segment(resolution, period_s, shortest)?,
         // Strokes begin and end at rest: a segment as long as a run leaks least.
-        _ => (2 * total / (SEGMENTS + 1)).min(shortest).min(LONGEST_SEGMENT),
+        None => (2 * total / (SEGMENTS + 1)).min(shortest).min(LONGEST_SEGMENT),
     };
     let signals: Vec<Signals> =
         triples.iter().map(|[r, u, y]| Signals { instrument: r, input: u, output: y }).collect();
     Ok(Measured { points: spectral(&signals, period_s, length)?, instrument, is_periodic: false })
+}
+
+/// Samples of a segment that resolves so finely.
+fn segment(resolution_hz: f64, period_s: f64, shortest: usize) -> Result<usize> {
+    let samples = 1.0 / (resolution_hz * period_s);
+    if (LEAST_SEGMENT..=shortest as f64).contains(&samples.round()) {
+        return Ok(samples.round() as usize);
+    }
+    let [finest, coarsest] = [shortest as f64, LEAST_SEGMENT].map(|samples| 1.0 / (samples * period_s));
+    Err(Error::new(ErrorKind::OutOfRange)
+        .key("--resolution")
+        .found(format!("{resolution_hz}"))
+        .expected(format!("a distance in Hz from {finest:.3} (the shortest run) to {coarsest:.1}"))
+        .remedy("leave --resolution out to have it chosen by the recording's length"))
 }
 
 /// What excites the loop from outside in every run.

@@ -92,7 +92,7 @@ pub struct Margins {
 
 impl Margins {
     /// From frequencies in Hz, ascending, and L there; between two of them magnitude (its logarithm) and phase are straight
-    /// lines over the logarithm of frequency.
+    /// lines over the logarithm of frequency. There is no modulus margin where L is nearest to −1 at the first or last frequency.
     ///
     /// # Errors
     /// Fewer than two points, frequencies that do not ascend from above 0, responses that are not finite.
@@ -107,7 +107,11 @@ impl Margins {
             let share = (frequency / f0).ln() / (f1 / f0).ln();
             l0 * Complex::from_polar((l1.norm() / l0.norm()).powf(share), share * (l1 / l0).arg())
         };
-        Ok(Self::refined(points, between))
+        let mut found = Self::refined(points, between);
+        // At the edge of what was measured |1 + L| goes on falling unseen: that is no minimum.
+        let ends = [points[0].0, points[points.len() - 1].0];
+        found.modulus = found.modulus.filter(|modulus| !ends.contains(&modulus.frequency_hz));
+        Ok(found)
     }
 
     /// From a grid of ascending frequencies in Hz above 0 with L there, the crossings refined with L itself.

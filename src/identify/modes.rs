@@ -84,7 +84,8 @@ impl Modal {
 ///
 /// # Validity
 /// Modes well below half the sampling rate, 0 < ζ < 1; position sensor and motor act at the same two points. Standard deviations
-/// below 1e-5 of the magnitude are taken as 1e-5. Intervals hold for independent points.
+/// below 1e-5 of the magnitude are taken as 1e-5. Intervals hold for independent points; where the residual is more than its stated
+/// deviation they are as many times wider.
 ///
 /// # Source
 /// Ewins (2000), *Modal Testing*, sections 2.4 and 4.4; sampling: Åström, Wittenmark (1997), *Computer-Controlled Systems*, section 7.4.
@@ -273,7 +274,9 @@ impl Data {
     fn result(&self, fit: Fit) -> Result<Modal> {
         let freedom = self.freedom(&fit);
         // Each complex point has two parts, each of that standard deviation.
-        let variance = fit.square / freedom;
+        let residual = (fit.square / freedom).sqrt();
+        // A residual beyond the stated deviations widens the intervals; one within them does not narrow them.
+        let variance = residual.powi(2).max(1.0);
         let failed = || {
             Error::new(ErrorKind::Undetermined)
                 .key("modes")
@@ -304,7 +307,7 @@ impl Data {
             moving_mass: estimate(0),
             viscous: estimate(1),
             modes,
-            residual: variance.sqrt(),
+            residual,
             points: self.points.len(),
             parameters: fit.parameters,
             hold: self.hold,

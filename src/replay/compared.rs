@@ -168,7 +168,10 @@ fn at(error: Error, run: &Run, key: &str) -> Error {
 }
 
 /// The machine as it was set in a run.
-pub(super) fn as_set(run: &Run, machine: &Machine) -> Result<Machine> {
+///
+/// # Errors
+/// A setting that the machine does not have or that it refuses.
+pub fn as_set(run: &Run, machine: &Machine) -> Result<Machine> {
     let settings = run.settings.iter();
     let settings = settings.map(|(path, value)| (path.as_str(), machine.on_top(path, value.clone())));
     machine.with_settings(settings).map_err(|error| {
@@ -178,7 +181,10 @@ pub(super) fn as_set(run: &Run, machine: &Machine) -> Result<Machine> {
 }
 
 /// Refuses a run of another kind of axis, or at another sample period, than the machine's.
-pub(super) fn check(run: &Run, machine: &Machine) -> Result<()> {
+///
+/// # Errors
+/// Such a run.
+pub fn check(run: &Run, machine: &Machine) -> Result<()> {
     if run.motion() != machine.motion() {
         let kind = |motion| if motion == Motion::Prismatic { "slides" } else { "turns" };
         return Err(at(Error::new(ErrorKind::Inconsistent), run, "motion")

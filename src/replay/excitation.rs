@@ -44,7 +44,7 @@ pub struct Excited {
 }
 
 impl Excitation {
-    /// Drives the moving part on its viscous guide with random force levels from standstill.
+    /// Drives the moving part on its viscous guide with random force levels from standstill in the middle of its travel.
     ///
     /// # Model
     /// m·dv/dt = F − c·v with m and c of the machine, effects that alter them included; F jumps between nine
@@ -73,7 +73,7 @@ impl Excitation {
         let force: Vec<f64> = unit.into_iter().map(|level| size * level).collect();
         let velocity = match plant {
             PlantChoice::Rapier => self.on_scene(machine, &constants, &force)?,
-            PlantChoice::Axis => self.on_axis(constants, &force),
+            PlantChoice::Axis => self.on_axis(machine, constants, &force),
             PlantChoice::Mujoco => self.on_mujoco(machine, constants, &force)?,
         };
         Ok(Excited { force, velocity, period_s: self.period_s })
@@ -96,8 +96,7 @@ impl Excitation {
             fastest = fastest.max(speed.abs());
             farthest = farthest.max(place.abs());
         }
-        let travel = (-joint.lower).min(joint.upper);
-        let limits = [joint.effort, joint.velocity / fastest, travel / farthest];
+        let limits = [joint.effort, joint.velocity / fastest, joint.half_travel() / farthest];
         let size = limits.into_iter().filter(|x| *x > 0.0).fold(f64::INFINITY, f64::min) * SHARE_OF_LIMITS;
         if size.is_finite() { size } else { SPEED_WITHOUT_LIMITS / fastest.max(f64::MIN_POSITIVE) }
     }
@@ -108,6 +107,7 @@ impl Excitation {
         let gravity = Vector3::new(0.0, 0.0, -GRAVITY_M_PER_S2);
         let payload = constants.moving_mass - solid.moving_inertia_along_joint();
         let mut scene = Scene::new(solid, self.period_s / steps, gravity)?.with_payload(payload)?;
+        scene.place(solid.joint.middle(), 0.0);
         let centre = Point3::from(solid.moving.mass.centre_m);
         let mut velocity = Vec::with_capacity(force.len());
         for &force in force {
@@ -121,10 +121,11 @@ impl Excitation {
         Ok(velocity)
     }
 
-    fn on_axis(&self, mut constants: Constants, force: &[f64]) -> Vec<f64> {
+    fn on_axis(&self, machine: &Machine, mut constants: Constants, force: &[f64]) -> Vec<f64> {
         let steps = (self.period_s / LONGEST_STEP_S - 1e-9).ceil().max(1.0);
         constants.modes = crate::base::Modes::default();
-        Self::pushed(Axis::new(&constants, self.period_s / steps), steps as usize, force)
+        let axis = Axis::new(&constants, self.period_s / steps);
+        Self::pushed(machine, axis, steps as usize, force)
     }
 
     fn on_mujoco(&self, machine: &Machine, mut constants: Constants, force: &[f64]) -> Result<Vec<f64>> {
@@ -132,11 +133,12 @@ impl Excitation {
         constants.modes = crate::base::Modes::default();
         let step_s = self.period_s / steps;
         let rig = MujocoRig::with_constants(machine, &constants, step_s, Integrator::RungeKutta)?;
-        Ok(Self::pushed(rig, steps as usize, force))
+        Ok(Self::pushed(machine, rig, steps as usize, force))
     }
 
     /// Velocity at the beginning of each period, in which a plant makes `steps` steps under one force.
-    fn pushed(mut plant: impl Plant, steps: usize, force: &[f64]) -> Vec<f64> {
+    fn pushed(machine: &Machine, mut plant: impl Plant, steps: usize, force: &[f64]) -> Vec<f64> {
+        plant.place(machine.solid().joint.middle(), 0.0);
         let mut velocity = Vec::with_capacity(force.len());
         for &force in force {
             velocity.push(plant.velocity());

@@ -6,6 +6,7 @@ use nalgebra::Complex;
 use realfft::RealFftPlanner;
 
 use super::{PlantChoice, Traces, run, simulation};
+use crate::drive::motor::Circuit;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::{Axis, SampledResponse};
@@ -33,7 +34,7 @@ pub enum Wave {
 /// What the machine may be asked to do, each to both sides of zero; none: not limited.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
-    /// In m or rad.
+    /// In m or rad, from the middle of the travel.
     pub position: Option<f64>,
     /// In m/s or rad/s.
     pub velocity: Option<f64>,
@@ -41,18 +42,22 @@ pub struct Limits {
     pub effort_v: Option<f64>,
     /// In N or N·m.
     pub thrust: Option<f64>,
+    /// Injected voltage in V. Below the loop's bandwidth the controller takes most of it back, so that effort alone would not
+    /// limit it.
+    pub injected_v: Option<f64>,
 }
 
 impl Limits {
-    /// A share of what joint and amplifier allow.
+    /// A share of what joint and amplifier allow; as injected voltage all that the machine can use.
     pub fn of(machine: &Machine, share: f64) -> Self {
         let joint = &machine.solid().joint;
         let limited = |limit: f64| (limit.is_finite() && limit > 0.0).then_some(share * limit);
         Self {
-            position: limited((-joint.lower).min(joint.upper)),
+            position: limited(joint.half_travel()),
             velocity: limited(joint.velocity),
             effort_v: machine.constants().amplifier.voltage_limit_v.and_then(limited),
             thrust: limited(joint.effort),
+            injected_v: usable_voltage(machine),
         }
     }
 
@@ -70,10 +75,28 @@ impl Limits {
     }
 }
 
+/// The amplifier's voltage where it is stated; else the voltage of the joint's largest force, else of a stroke's ramp to the
+/// joint's speed.
+fn usable_voltage(machine: &Machine) -> Option<f64> {
+    let (joint, constants) = (&machine.solid().joint, machine.constants());
+    let usable = |limit: &f64| limit.is_finite() && *limit > 0.0;
+    if let Some(limit) = constants.amplifier.voltage_limit_v.filter(usable) {
+        return Some(limit);
+    }
+    let ramp_s = machine.description().reference.acceleration_time_s;
+    let of_ramp = (constants.moving_mass / ramp_s + constants.viscous) * joint.velocity;
+    let force = Some(joint.effort).filter(usable).or(Some(of_ramp).filter(usable))?;
+    let volt_per_force = match constants.circuit {
+        Circuit::Direct { force_per_volt } => force_per_volt.recip(),
+        Circuit::Winding { resistance_ohm, force_constant, .. } => resistance_ohm / force_constant,
+    };
+    Some(force * volt_per_force.abs()).filter(usable)
+}
+
 /// Largest magnitudes of a run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peaks {
-    /// Encoder position in m or rad.
+    /// Encoder position in m or rad, from where the axis stood.
     pub position: f64,
     /// Velocity in m/s or rad/s.
     pub velocity: f64,
@@ -98,6 +121,24 @@ pub struct Request {
     pub limits: Limits,
 }
 
+impl Request {
+    /// Refuses what would take more than ten million samples.
+    ///
+    /// # Errors
+    /// So many periods that are longer together.
+    pub fn check_length(&self, periods: usize, sample_period_s: f64) -> Result<()> {
+        let samples = periods as f64 / (self.resolution_hz * sample_period_s);
+        if samples <= MOST_SAMPLES {
+            return Ok(());
+        }
+        Err(Error::new(ErrorKind::OutOfRange)
+            .key("--resolution")
+            .found(format!("{} Hz: {samples:.3e} samples in {periods} periods", self.resolution_hz))
+            .expected("at most ten million samples")
+            .remedy("give a coarser --resolution, or play fewer periods"))
+    }
+}
+
 /// A periodic excitation for a machine.
 ///
 /// # Model
@@ -107,14 +148,16 @@ pub struct Request {
 /// on the whole lines of a period of N samples inside the band; a sweep is a sine whose frequency rises in proportion to time
 /// from end to end of the band, cut to those lines. A is the largest with which position, velocity, effort and
 /// thrust stay within the limits: in the steady state of the [`LinearLoop`] first, then on the reduced axis with all its laws
-/// from standstill, where it is made smaller if a peak exceeds its limit.
+/// from standstill, where it is made smaller if a peak exceeds its limit. The axis stands in the middle of its travel.
 ///
 /// # Source
 /// Schroeder (1970), *Synthesis of low-peak-factor signals*, IEEE Trans. Information Theory 16, for equal amplitudes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Multisine {
-    /// One period, in V, m or rad.
+    /// One period, in V, m or rad; a reference from where the axis stands.
     pub period: Vec<f64>,
+    /// Where the axis stands before, in m or rad: the middle of its travel.
+    pub centre: f64,
     /// Excited lines: whole turns in a period.
     pub lines: Vec<usize>,
     /// Where it enters.
@@ -133,17 +176,18 @@ const CHECKED_PERIODS: usize = 3;
 const CORRECTIONS: usize = 4;
 /// Where nothing limits an excitation: peak voltage in V, or reference in m or rad.
 const WITHOUT_LIMITS: [f64; 2] = [1.0, 1e-3];
-/// Most samples of a period.
+/// Most samples of a period, and of all periods that are played.
 const MOST_SAMPLES: f64 = 1e7;
 
 impl Multisine {
     /// The excitation of a machine's closed loop.
     ///
     /// # Errors
-    /// A machine without a controller, a band that does not lie between 0 and half the sampling rate or holds no line, a resolution
-    /// that is not > 0.
+    /// A machine without a controller, a loop that is unstable, a band that does not lie between 0 and half the sampling rate or
+    /// holds no line, a resolution that is not > 0.
     pub fn design(machine: &Machine, request: &Request) -> Result<Self> {
         let linear = LinearLoop::of(machine)?;
+        linear.check_stable(machine)?;
         let sample_period_s = machine.description().sample_period_s;
         let (samples, lines) = lines(request, sample_period_s)?;
         let phasors = phasors(request.wave, samples, &lines);
@@ -171,8 +215,12 @@ impl Multisine {
             Injection::Reference => WITHOUT_LIMITS[1],
         };
         let mut factor = request.limits.factor(&one).unwrap_or(largest / peak(&wave));
+        if let (Injection::Voltage, Some(limit)) = (request.injection, request.limits.injected_v) {
+            factor = factor.min(limit / peak(&wave));
+        }
         let mut found = Self {
             period: Vec::new(),
+            centre: machine.solid().joint.middle(),
             lines,
             injection: request.injection,
             sample_period_s,
@@ -182,7 +230,7 @@ impl Multisine {
         for _ in 0..CORRECTIONS {
             found.period = wave.iter().map(|w| factor * w).collect();
             let traces = found.excite(machine, PlantChoice::Axis, Sensing::Perfect, CHECKED_PERIODS)?;
-            found.simulated = Peaks::of(&traces);
+            found.simulated = Peaks::about(found.centre, &traces);
             match request.limits.factor(&found.simulated) {
                 Some(excess) if excess < 1.0 => factor *= excess,
                 _ => break,
@@ -209,7 +257,7 @@ impl Multisine {
         self.period.len() as f64 * self.sample_period_s
     }
 
-    /// The command's largest magnitude, in V, m or rad.
+    /// The wave's largest magnitude, in V, m or rad.
     pub fn peak(&self) -> f64 {
         peak(&self.period)
     }
@@ -220,9 +268,21 @@ impl Multisine {
         peak(&self.period) / (square / self.period.len() as f64).sqrt()
     }
 
-    /// So many periods of the command.
+    /// So many periods of the command: the injected voltage, or the position reference.
     pub fn command(&self, periods: usize) -> Vec<f64> {
-        self.period.repeat(periods)
+        let offset = match self.injection {
+            Injection::Voltage => 0.0,
+            Injection::Reference => self.centre,
+        };
+        self.period.iter().map(|w| offset + w).collect::<Vec<_>>().repeat(periods)
+    }
+
+    /// The position reference under it.
+    pub fn reference(&self, periods: usize) -> Vec<f64> {
+        match self.injection {
+            Injection::Voltage => vec![self.centre; self.period.len() * periods],
+            Injection::Reference => self.command(periods),
+        }
     }
 
     /// The machine's twin under so many periods, from standstill.
@@ -236,22 +296,22 @@ impl Multisine {
         sensing: Sensing,
         periods: usize,
     ) -> Result<Traces> {
-        let commands = self.commands(periods);
+        let drive = Drive { machine, sensing, centre: self.centre, commands: self.commands(periods) };
         Ok(match plant {
-            PlantChoice::Rapier => driven(machine, Rig::new(machine)?, sensing, commands),
-            PlantChoice::Axis => driven(machine, Axis::of(&machine.constants()), sensing, commands),
-            PlantChoice::Mujoco => driven(machine, MujocoRig::new(machine)?, sensing, commands),
+            PlantChoice::Rapier => drive.on(Rig::new(machine)?),
+            PlantChoice::Axis => drive.on(Axis::of(&machine.constants())),
+            PlantChoice::Mujoco => drive.on(MujocoRig::new(machine)?),
         })
     }
 
     fn commands(&self, periods: usize) -> Vec<Command> {
-        let wave = self.command(periods);
+        let (wave, centre) = (self.command(periods), self.centre);
         let injection = self.injection;
-        let before = std::iter::once(0.0).chain(wave.iter().copied());
+        let before = std::iter::once(centre).chain(wave.iter().copied());
         wave.iter()
             .zip(before)
             .map(|(now, before)| match injection {
-                Injection::Voltage => Command { disturbance_v: *now, ..Command::follow(0.0, 0.0) },
+                Injection::Voltage => Command { disturbance_v: *now, ..Command::follow(centre, 0.0) },
                 Injection::Reference => Command::follow(*now, (now - before) / self.sample_period_s),
             })
             .collect()
@@ -259,10 +319,10 @@ impl Multisine {
 }
 
 impl Peaks {
-    /// Of a simulated run.
-    pub fn of(traces: &Traces) -> Self {
+    /// Of a simulated run that stood at `centre`.
+    pub fn about(centre: f64, traces: &Traces) -> Self {
         Self {
-            position: peak(&traces.position),
+            position: traces.position.iter().fold(0.0, |most, x| most.max((x - centre).abs())),
             velocity: peak(&traces.velocity),
             effort_v: peak(&traces.effort_v),
             thrust: peak(&traces.thrust),
@@ -270,11 +330,22 @@ impl Peaks {
     }
 }
 
-fn driven<P: Plant>(machine: &Machine, plant: P, sensing: Sensing, commands: Vec<Command>) -> Traces {
-    let mut twin = Twin::new(machine, plant, sensing);
-    let periods = (simulation::STOOD_S / machine.description().sample_period_s).round() as usize;
-    run(&mut twin, std::iter::repeat_n(Command::follow(0.0, 0.0), periods), |_| ());
-    run(&mut twin, commands.into_iter(), |_| ())
+/// A twin's run but for its plant.
+struct Drive<'a> {
+    machine: &'a Machine,
+    sensing: Sensing,
+    centre: f64,
+    commands: Vec<Command>,
+}
+
+impl Drive<'_> {
+    fn on<P: Plant>(self, plant: P) -> Traces {
+        let mut twin = Twin::new(self.machine, plant, self.sensing);
+        twin.start(self.centre, 0.0, 0.0);
+        let periods = (simulation::STOOD_S / twin.period_s()).round() as usize;
+        run(&mut twin, std::iter::repeat_n(Command::follow(self.centre, 0.0), periods), |_| ());
+        run(&mut twin, self.commands.into_iter(), |_| ())
+    }
 }
 
 fn peak(signal: &[f64]) -> f64 {

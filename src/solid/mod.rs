@@ -124,6 +124,19 @@ pub struct Joint {
     pub friction: f64,
 }
 
+impl Joint {
+    /// Middle of the travel; where the URDF does not limit it on both sides, the allowed position nearest to zero.
+    pub fn middle(&self) -> f64 {
+        let middle = 0.5 * (self.lower + self.upper);
+        if middle.is_finite() { middle } else { 0.0_f64.max(self.lower).min(self.upper) }
+    }
+
+    /// Room to each side of the middle; ∞ where there is no position limit.
+    pub fn half_travel(&self) -> f64 {
+        (self.middle() - self.lower).min(self.upper - self.middle())
+    }
+}
+
 /// Which of the two bodies a link belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {

@@ -268,18 +268,24 @@ impl LinearLoop {
         Margins::refined(&on_grid, |frequency| self.open_loop_at(&self.plant.near(frequency)))
     }
 
-    /// Whether the closed loop is stable, by the Nyquist criterion.
+    /// Whether the closed loop is stable and holds a position, by the Nyquist criterion.
     ///
     /// # Model
     /// 1 + L is the closed loop's characteristic polynomial over the open loop's. On the way of z along the unit circle from 1
-    /// to −1 its angle grows by p·π/2 − Z·π with p poles of L at z = 1 and Z closed-loop poles outside the circle.
+    /// to −1 its angle grows by p·π/2 − Z·π with p poles of L at z = 1 and Z closed-loop poles outside the circle. It begins at
+    /// −p·π/2, and half a turn further where L·(1 − z⁻¹)^p is negative at z = 1.
     ///
     /// # Validity
     /// No open-loop pole outside the circle (drag and damping are not negative). Frequencies below the grid, 1e-5 of half the
-    /// sampling rate, are taken to be ruled by the integrators.
+    /// sampling rate, are taken to be ruled by the integrators. A loop that does not feed the position back keeps the plant's
+    /// pole at z = 1, so that it is not stable.
     pub fn is_stable(&self) -> bool {
-        let integrators = 1 + i32::from(self.plant.is_free) + i32::from(self.gains.integral != 0.0)
-            - i32::from(self.gains.position == 0.0);
+        let Gains { position, integral, error, .. } = self.gains;
+        if position == 0.0 || (integral == 0.0 && error == 0.0) {
+            return false;
+        }
+        let integrators = 1 + i32::from(self.plant.is_free) + i32::from(integral != 0.0);
+        let Some(lowest) = self.plant.grid.first() else { return false };
         let mut values = self.plant.grid.iter().map(|point| self.open_loop_at(point) + 1.0);
         let Some(first) = values.next() else { return false };
         let (mut last, mut turns) = (first, 0);
@@ -295,11 +301,31 @@ impl LinearLoop {
         }
         let turned = last.arg() - first.arg() + f64::from(turns) * 2.0 * PI;
         // Angle at which the integrators begin, against the first angle of the grid.
-        let begun = -f64::from(integrators) * 0.5 * PI;
+        let of_controller = position * if integral == 0.0 { error } else { integral };
+        // Down there a plant of positive gain lags by 90° to 180°: the middle of both is turned to 0°.
+        let of_plant = (lowest.plant * Complex::from_polar(1.0, 0.75 * PI)).re;
+        let half_turn = if of_controller * of_plant < 0.0 { PI } else { 0.0 };
+        let begun = half_turn - f64::from(integrators) * 0.5 * PI;
         let off = first.arg() - begun;
         let off = off - 2.0 * PI * (off / (2.0 * PI)).round();
         let outside = (f64::from(integrators) * 0.5 * PI - (turned + off)) / PI;
         outside.round() == 0.0
+    }
+
+    /// Refuses a loop that is not stable.
+    ///
+    /// # Errors
+    /// An unstable loop: an experiment on it says nothing.
+    pub fn check_stable(&self, machine: &Machine) -> Result<()> {
+        if self.is_stable() {
+            return Ok(());
+        }
+        Err(Error::new(ErrorKind::OutOfRange)
+            .file(machine.file())
+            .key("controller")
+            .found("gains with which the closed loop is not stable: the twin would run away or not hold its position")
+            .expected("a stable loop to excite")
+            .remedy("correct the gains, the delay or the sign of the force constant; `slideway tune` finds stable gains"))
     }
 
     #[inline]

@@ -11,7 +11,7 @@ use slideway::replay::crosscheck::cells_of;
 use slideway::replay::multisine::{Injection, Limits, Multisine, Request, Wave};
 use slideway::replay::recording::recorded;
 use slideway::replay::{Motion, PlantChoice, Stroke, Traces, run_seed, simulate};
-use slideway::twin::Sensing;
+use slideway::twin::{LinearLoop, Sensing};
 
 use super::band::Band;
 
@@ -74,6 +74,7 @@ pub(super) fn excited(machine: &Machine, plan: &Plan) -> Result<Excited, Error> 
         wave,
         limits: Limits::of(machine, SHARE),
     };
+    request.check_length(PERIODS, machine.description().sample_period_s)?;
     let design = Multisine::design(machine, &request)?;
     let sensing = Sensing::AsStated { seed: run_seed(1, "response") };
     let traces = design.excite(machine, plan.plant, sensing, PERIODS)?;
@@ -90,11 +91,7 @@ pub(super) fn excited(machine: &Machine, plan: &Plan) -> Result<Excited, Error> 
 
 fn excited_run(machine: &Machine, design: &Multisine, traces: Traces) -> Result<Run, Error> {
     let command = design.command(PERIODS);
-    let reference = match design.injection {
-        Injection::Reference => command.clone(),
-        Injection::Voltage => vec![0.0; command.len()],
-    };
-    let run = recorded("response", machine, &reference, traces)?;
+    let run = recorded("response", machine, &design.reference(PERIODS), traces)?;
     if design.injection == Injection::Reference {
         return Ok(run);
     }
@@ -104,6 +101,7 @@ fn excited_run(machine: &Machine, design: &Multisine, traces: Traces) -> Result<
 }
 
 fn strokes(machine: &Machine, plant: PlantChoice) -> Result<Excited, Error> {
+    LinearLoop::of(machine)?.check_stable(machine)?;
     let mut runs = Vec::new();
     for cell in cells_of(machine)? {
         let there = cell.stroke(machine.motion())?;

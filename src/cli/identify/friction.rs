@@ -5,9 +5,10 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
+use slideway::error::{Error, ErrorKind};
 use slideway::identify::least_squares::Estimate;
 use slideway::machine::Machine;
-use slideway::recording::Recording;
+use slideway::recording::{Recording, Run};
 use slideway::replay::friction::{Friction, Held, held, identify};
 use slideway::units::{Motion, engineering};
 
@@ -33,7 +34,7 @@ pub(super) struct FrictionCommand {
     /// Run of the recording; otherwise all runs together
     #[arg(long, value_name = "NAME")]
     run: Option<String>,
-    /// Find the viscous coefficient too, instead of taking the machine's
+    /// Find the viscous coefficient too, instead of taking the machine's [where the machine states none: always]
     #[arg(long)]
     viscous: bool,
 }
@@ -47,15 +48,90 @@ impl FrictionCommand {
         let machine = lay_over(&machine, &known, "--set")?;
         let runs = runs_of(&recording, self.run.as_deref())?;
         let spinner = screen.spinner("fitting");
-        let found = identify(&runs, &machine, self.viscous);
-        let found = found.and_then(|found| Ok((held(&runs, &machine, &found)?, found)));
+        let found = self.identified(&runs, &machine);
+        let found = found.and_then(|(found, drag)| Ok((held(&runs, &machine, &found)?, found, drag)));
         spinner.finish_and_clear();
-        let (held, found) = found
+        let (held, found, drag) = found
             .map_err(|error| if error.path().is_some() { error } else { error.file(&recording.path) })?;
+        warn(&found, &machine, screen)?;
         show(&found, &recording, &machine, screen)?;
+        if let Some(drag) = drag {
+            writeln!(screen.out, "{drag}\n")?;
+        }
+        writeln!(screen.out, "{INTERVALS}\n")?;
         held_constants(&held, machine.motion()).write(&mut screen.out)?;
         Ok(ExitCode::SUCCESS)
     }
+
+    /// The numbers, and what is to be said of viscous drag: a machine that states none has some nevertheless, and what is taken
+    /// as 0 would count as dry friction.
+    fn identified(
+        &self,
+        runs: &[&Run],
+        machine: &Machine,
+    ) -> Result<(Friction, Option<&'static str>), Error> {
+        if self.viscous || machine.constants().viscous != 0.0 {
+            return Ok((identify(runs, machine, self.viscous)?, None));
+        }
+        match identify(runs, machine, true) {
+            Ok(found) => Ok((found, Some(DRAG_FOUND))),
+            Err(error) if error.kind() == ErrorKind::Undetermined => {
+                Ok((identify(runs, machine, false)?, Some(DRAG_NOT_TOLD)))
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+const DRAG_FOUND: &str =
+    "the machine states no viscous drag: its coefficient was estimated too; state one to hold it";
+const DRAG_NOT_TOLD: &str = "the machine states no viscous drag, and these runs do not tell it from dry friction: it is taken as 0, \
+                             and F_c holds what drag there is; record strokes at several feeds";
+const INTERVALS: &str = "intervals are of noise; constants are held as stated; at the upper end of its tolerance each would move the \
+                         numbers:";
+
+/// What has to be said before the numbers.
+fn warn(found: &Friction, machine: &Machine, screen: &mut Screen) -> Result<(), Failure> {
+    let out = &mut screen.out;
+    if let Some(misfit) = found.misfit.filter(|_| found.is_misfit()) {
+        writeln!(
+            out,
+            "THE TWIN DOES NOT FIT: residuals are {misfit:.1} times what the stated sensor noise makes of them. The numbers lean on a \
+             twin that is wrong elsewhere, and their intervals do not hold that error.\n"
+        )?;
+    }
+    let ramps = found.other_ramps(machine.description().sample_period_s);
+    if let (Some(run), Some(time)) = (ramps.first(), &found.acceleration_time_s) {
+        let count = if ramps.len() == 1 { "1 run".to_owned() } else { format!("{} runs", ramps.len()) };
+        writeln!(
+            out,
+            "THE ACCELERATION TIMES DISAGREE: {} ms from the measured signals, {} ms on the logged reference of {} ({count} so), which \
+             lies outside the interval: loop, delay or mass of the twin are not the machine's.\n",
+            significant(1e3 * time.value, 4),
+            significant(1e3 * run.reference_acceleration_time_s.unwrap_or_default(), 4),
+            run.name
+        )?;
+    }
+    Ok(())
+}
+
+/// A number to so many significant digits.
+fn significant(number: f64, digits: i32) -> String {
+    let decade = number.abs().log10().floor();
+    if !decade.is_finite() {
+        return number.to_string();
+    }
+    let places = (digits - 1 - decade as i32).max(0) as usize;
+    if places > 9 { format!("{number:.*e}", digits as usize - 1) } else { format!("{number:.places$}") }
+}
+
+/// A change to three significant digits, with its sign.
+fn change(number: f64) -> String {
+    if number == 0.0 {
+        return "0".to_owned();
+    }
+    let sign = if number < 0.0 { "-" } else { "+" };
+    format!("{sign}{}", significant(number.abs(), 3))
 }
 
 fn show(
@@ -86,10 +162,6 @@ fn show(
             "N = {force:.1} N, the weight on the sliders; a preloaded guide presses harder, and its coefficient is smaller"
         )?;
     }
-    writeln!(
-        out,
-        "intervals are of noise; constants are held as stated; at the upper end of its tolerance each would move the numbers:\n"
-    )?;
     Ok(())
 }
 
@@ -126,8 +198,8 @@ fn held_constants(held: &[Held], motion: Motion) -> Table {
         table.row([
             (*constant).to_owned(),
             format!("+{:.1} %", 100.0 * tolerance),
-            format!("{coulomb:+.3}"),
-            acceleration_time_s.map_or_else(|| "-".to_owned(), |s| format!("{:+.3}", 1e3 * s)),
+            change(*coulomb),
+            acceleration_time_s.map_or_else(|| "-".to_owned(), |s| change(1e3 * s)),
         ]);
     }
     table

@@ -6,6 +6,7 @@ mod friction;
 mod gains;
 mod multisine;
 mod response;
+mod settings;
 mod transfer;
 
 use std::process::ExitCode;

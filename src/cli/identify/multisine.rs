@@ -85,6 +85,7 @@ impl MultisineCommand {
         let Band(band_hz) = self.band;
         let request =
             Request { band_hz, resolution_hz: self.resolution, injection, wave: Wave::Multisine, limits };
+        request.check_length(self.periods as usize, machine.description().sample_period_s)?;
         let design = Multisine::design(&machine, &request)?;
         self.write(&machine, &design)?;
         self.show(&machine, &design, &limits, screen)
@@ -138,12 +139,15 @@ impl MultisineCommand {
         let place = machine.file().canonicalize().unwrap_or_else(|_| machine.file().to_path_buf());
         format!(
             "# A multisine to be recorded: {from} to {to} Hz, {periods} periods of {period} s.\n\
+             # Before it the axis stands under control at {centre} {unit}, the middle of its travel.\n\
              # Play command.csv to the machine, one row a sample period, and log into measured.csv, one row a sample:\n\
              #   {key:<24} the command itself, as it was played\n{compulsory}\
              # Useful besides:\n{more}\
              # Then: slideway identify response THIS_FOLDER --of {of}\n\n\
              machine = {machine}\nsample_period_s = {sample:?}\n\n\
              [[run]]\nfile = \"measured.csv\"\n{PERIOD_KEY} = {period:?}\n{BAND_KEY} = [{from:?}, {to:?}]\n",
+            centre = rounded(design.centre),
+            unit = if motion == Motion::Prismatic { "m" } else { "rad" },
             periods = self.periods,
             period = rounded(design.duration_s()),
             key = own.key(motion),
@@ -184,12 +188,18 @@ impl MultisineCommand {
             rounded(design.duration_s()),
             self.out.display()
         )?;
-        writeln!(out, "peak {:.4} {word}, crest factor {:.2}\n", largest * unit, design.crest_factor())?;
+        let allowed = limits.injected_v.filter(|_| self.inject == Inject::Voltage);
+        let allowed = allowed.map_or(String::new(), |limit| format!(" of {limit:.4} V allowed"));
+        let crest = design.crest_factor();
+        writeln!(out, "peak {:.4} {word}{allowed}, crest factor {crest:.2}", largest * unit)?;
+        let place = rounded(design.centre);
+        let length = if turning { "rad" } else { "m" };
+        writeln!(out, "the axis stands at {place} {length} before it, the middle of its travel\n")?;
         let (p, s) = (design.predicted, design.simulated);
         let milli = if turning { 1.0 } else { 1e3 };
         let names = match turning {
-            true => ["position, rad", "velocity, rad/s", "effort, V", "torque, N·m"],
-            false => ["position, mm", "velocity, mm/s", "effort, V", "thrust, N"],
+            true => ["position from there, rad", "velocity, rad/s", "effort, V", "torque, N·m"],
+            false => ["position from there, mm", "velocity, mm/s", "effort, V", "thrust, N"],
         };
         let rows = [
             (milli, p.position, s.position, limits.position),

@@ -11,17 +11,19 @@ use slideway::identify::loop_response::{Measured, Part, measured};
 use slideway::identify::margins::Margins;
 use slideway::identify::modes::{Hold, Modal, modes};
 use slideway::machine::Machine;
-use slideway::recording::{Recording, Run};
+use slideway::recording::{Recording, Run, Signal};
 use slideway::report::html;
 use slideway::twin::{LinearLoop, LinearPlant};
 use slideway::units::Motion;
 
 use super::super::output::{Pictures, command_line};
 use super::super::setting::{Setting, lay_over};
+use super::super::subject::runs_of;
 use super::super::table::Table;
 use super::super::{Failure, Plant, Screen};
 use super::band::Band;
 use super::excited::{self, Excited};
+use super::settings::same_settings;
 
 /// From a recording, or from a machine's twin that is excited for it. With a machine, its linear loop is computed
 /// exactly and stands beside what was measured.
@@ -40,6 +42,9 @@ pub(super) struct Response {
     /// Machine setting in force, by key path; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<Setting>,
+    /// Run of the recording; otherwise all runs together
+    #[arg(long, value_name = "NAME", requires = "recording")]
+    run: Option<String>,
     /// Response to show
     #[arg(long, value_enum, default_value = "open-loop")]
     of: Of,
@@ -106,10 +111,10 @@ impl Response {
         let computed = Computed::of(machine.as_ref());
         let (response, how) = self.measured(&all, &computed)?;
         let (structure, modal) = self.modal(&all, machine.as_ref())?;
-        let sentence = self.sentence(&response, &all, how);
+        let sentence = format!("{}{}", computed.warning(), self.sentence(&response, &all, how));
         let motion = all[0].motion();
         writeln!(screen.out, "{subject}\n{sentence}")?;
-        let margins = self.margins(&response, &computed);
+        let margins = self.margins(&response, &computed, how.is_empty());
         if !margins.1.is_empty() {
             writeln!(screen.out, "\nMargins")?;
             show(screen, &margins)?;
@@ -148,12 +153,16 @@ impl Response {
             (None, Some(place)) => Machine::read(place).ok(),
             (None, None) => None,
         };
+        let runs: Vec<Run> = runs_of(&recording, self.run.as_deref())?.into_iter().cloned().collect();
+        let machine = machine.map(|machine| self.set(&machine)).transpose()?;
+        let part = Part::from(self.of);
+        let machine = same_settings(&runs, machine.as_ref(), part).map_err(|e| e.file(&recording.path))?;
         Ok(Subject {
             name: recording.path.display().to_string(),
             note: recording.note.clone(),
             sha256: Some(recording.sha256()),
-            runs: recording.runs().to_vec(),
-            machine: machine.map(|machine| self.set(&machine)).transpose()?,
+            runs,
+            machine,
         })
     }
 
@@ -235,15 +244,51 @@ impl Response {
             (Ok((response, modal)), _) => Ok((Some(response), Ok(modal))),
             // What was asked for by number and cannot be had is a refusal; otherwise a remark.
             (Err(error), Some(_)) => Err(error.key("--modes")),
-            (Err(error), None) => Ok((None, Err(error.statement()))),
+            (Err(error), None) => Ok((None, Err(self.without_modes(&error, runs)))),
+        }
+    }
+
+    /// Why no mode is shown, as a sentence.
+    fn without_modes(&self, error: &Error, runs: &[&Run]) -> String {
+        let force = Signal::Thrust.key(runs[0].motion());
+        match error.kind() {
+            ErrorKind::Undetermined => {
+                let band = measured(runs, Part::Structure, self.resolution).map(|m| self.within(m));
+                let coherent = band.as_ref().map(Measured::coherent).unwrap_or_default();
+                match (coherent.first(), coherent.last()) {
+                    (Some(a), Some(b)) => format!(
+                        "No resonance stands out between {:.2} and {:.1} Hz.",
+                        a.frequency_hz, b.frequency_hz
+                    ),
+                    _ => "No resonance stands out.".to_owned(),
+                }
+            }
+            ErrorKind::TooLittleData => {
+                "Too few coherent frequencies from motor force to position to look for resonances.".to_owned()
+            }
+            ErrorKind::Missing => {
+                format!(
+                    "Resonances are looked for from motor force to position, and the runs do not log {force}."
+                )
+            }
+            _ => format!("Resonances could not be looked for: {}.", error.statement()),
         }
     }
 
     /// Heads and rows of the margins: of the linear loop and of the measured open loop.
-    fn margins(&self, response: &Measured, computed: &Computed) -> (Vec<String>, Vec<Vec<String>>) {
+    ///
+    /// Distances to instability exist for a stable loop only: one that is not has none, whether computed or measured through
+    /// the same controller.
+    fn margins(
+        &self,
+        response: &Measured,
+        computed: &Computed,
+        is_direct: bool,
+    ) -> (Vec<String>, Vec<Vec<String>>) {
         let points: Vec<_> = response.coherent().iter().map(|p| (p.frequency_hz, p.response())).collect();
-        let measured = (self.of == Of::OpenLoop).then(|| Margins::of(&points).ok()).flatten();
-        let stated = computed.looped.as_ref().map(LinearLoop::margins);
+        let is_sound = self.of == Of::OpenLoop && (is_direct || computed.stable().is_some());
+        let measured = is_sound.then(|| Margins::of(&points).ok()).flatten();
+        let stated = computed.stable().map(LinearLoop::margins);
         let columns: Vec<(&str, Margins)> = [("linear loop", stated), ("measured", measured)]
             .into_iter()
             .filter_map(|(w, m)| Some((w, m?)))
@@ -275,7 +320,7 @@ impl Response {
             (Of::ClosedLoop, Some(looped), _) => curve(&|f| looped.closed_loop(f)),
             _ => Vec::new(),
         };
-        let margins = computed.looped.as_ref().filter(|_| self.of == Of::OpenLoop).map(LinearLoop::margins);
+        let margins = computed.stable().filter(|_| self.of == Of::OpenLoop).map(LinearLoop::margins);
         let marked = margins.iter().flat_map(|m| {
             let phase = m.phase.map(|p| (p.frequency_hz, format!("phase margin {:.0}°", p.margin_deg)));
             let gain = m.gain.map(|g| (g.frequency_hz, format!("gain margin {:.1} dB", g.margin_db)));
@@ -296,6 +341,21 @@ impl Response {
 impl Computed {
     fn of(machine: Option<&Machine>) -> Self {
         Self { plant: machine.map(LinearPlant::of), looped: machine.and_then(|m| LinearLoop::of(m).ok()) }
+    }
+
+    /// The loop, where it is stable.
+    fn stable(&self) -> Option<&LinearLoop> {
+        self.looped.as_ref().filter(|looped| looped.is_stable())
+    }
+
+    /// What has to be said first.
+    fn warning(&self) -> &'static str {
+        match (&self.looped, self.stable()) {
+            (Some(_), None) => {
+                "THE LINEAR LOOP OF THE MACHINE IS NOT STABLE WITH THESE SETTINGS: it has no margins.\n"
+            }
+            _ => "",
+        }
     }
 
     /// Frequencies of the computed curve: the plant's own where they lie in the measured band.
@@ -398,9 +458,19 @@ fn modes_table(
         ]
     };
     let rows = modal.modes.iter().enumerate().map(row).collect();
+    let units = match motion {
+        Motion::Prismatic => ["kg", "N·s/m"],
+        Motion::Revolute => ["kg·m²", "N·m·s/rad"],
+    };
     let remark = format!(
-        "on a rigid part of {:.4} and a viscous coefficient of {:.1}; residual {:.2} of its stated deviation, {} points",
-        modal.moving_mass.value, modal.viscous.value, modal.residual, modal.points
+        "on a rigid part of {:.4} {} and a viscous coefficient of {:.1} {}; residual {:.2} times its stated deviation{}, {} points",
+        modal.moving_mass.value,
+        units[0],
+        modal.viscous.value,
+        units[1],
+        modal.residual,
+        if modal.residual > 1.0 { ", intervals widened as much" } else { "" },
+        modal.points
     );
     ((heads.map(str::to_owned).to_vec(), rows), remark)
 }

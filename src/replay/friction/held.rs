@@ -7,6 +7,7 @@ use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Run;
+use crate::units::Motion;
 use rayon::prelude::*;
 
 /// A constant that was held fixed, and what it would change at the upper end of its tolerance.
@@ -48,8 +49,9 @@ fn constants(machine: &Machine) -> Vec<(&'static str, f64, EffectId, f64)> {
     let (tolerance, constants) = (&machine.description().tolerance, machine.constants());
     let stated = machine.stated_constants();
     let payload = constants.moving_mass - stated.moving_mass;
+    let mass = if machine.motion() == Motion::Prismatic { "moving mass" } else { "inertia" };
     let mut list = vec![
-        ("moving mass", tolerance.mass, EffectId::Payload, payload + tolerance.mass * constants.moving_mass),
+        (mass, tolerance.mass, EffectId::Payload, payload + tolerance.mass * constants.moving_mass),
         (
             "viscous",
             tolerance.viscous,

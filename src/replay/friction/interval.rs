@@ -18,6 +18,8 @@ pub(super) struct Spread {
     pub(super) quantile: f64,
     /// Independent samples that would tell each number as well.
     pub(super) effective_samples: Vec<f64>,
+    /// Residuals over what the stated noise makes of them, root mean square; none where no noise is stated.
+    pub(super) misfit: Option<f64>,
 }
 
 /// Standard errors that allow for autocorrelation.
@@ -77,6 +79,7 @@ pub(super) fn spread(
     Ok(Spread {
         standard_errors: (0..count).map(|k| variance(k).sqrt()).collect(),
         quantile: student.inverse_cdf(UPPER),
+        misfit: (squares > 0.0).then(|| (left / squares).sqrt()),
         effective_samples: (0..count)
             .map(|k| rows * (independent * inverse[(k, k)] / noise(k).max(f64::MIN_POSITIVE)).min(1.0))
             .collect(),

@@ -82,6 +82,30 @@ pub struct Friction {
     pub samples: usize,
     /// Independent residuals that would tell the Coulomb friction as well.
     pub effective_samples: f64,
+    /// Root mean square of the residuals over what the stated sensor noise makes of them: 1 where the twin fits; none where no
+    /// noise is stated.
+    pub misfit: Option<f64>,
+}
+
+/// Residuals beyond so many times the stated noise: the twin does not fit.
+const MISFIT: f64 = 3.0;
+
+impl Friction {
+    /// Whether what is left is far more than the stated noise: the numbers then lean on a twin that is wrong elsewhere, and
+    /// their intervals do not hold that.
+    pub fn is_misfit(&self) -> bool {
+        self.misfit.is_some_and(|misfit| misfit > MISFIT)
+    }
+
+    /// Runs whose logged reference has another acceleration time than was found, beyond the interval and half a sample period.
+    pub fn other_ramps(&self, sample_period_s: f64) -> Vec<&RunFriction> {
+        let Some(Estimate { ci95: [from, to], .. }) = self.acceleration_time_s else { return Vec::new() };
+        let half = 0.5 * sample_period_s;
+        let is_other = |run: &&RunFriction| {
+            run.reference_acceleration_time_s.is_some_and(|read| read < from - half || read > to + half)
+        };
+        self.runs.iter().filter(is_other).collect()
+    }
 }
 
 /// Estimates Coulomb friction, acceleration time and, where asked for, the viscous coefficient.
@@ -309,6 +333,7 @@ impl Problem {
             condition: solution.condition,
             samples: solution.residuals.len(),
             effective_samples: spread.effective_samples[self.coulomb()],
+            misfit: spread.misfit,
         })
     }
 }
