@@ -8,7 +8,7 @@ use crate::machine::Machine;
 use crate::recording::{Run, Signal};
 use crate::sensor::VelocityMemory;
 
-/// A recorded effort this near to the amplifier's limit may have been clipped.
+/// A recorded effort this near to the limit of controller or amplifier may have been clipped.
 const AT_LIMIT: f64 = 1.0 - 1e-6;
 /// Samples after which an estimate of velocity has forgotten how it was started, in its time constants.
 const FORGOTTEN: f64 = 12.0;
@@ -25,6 +25,7 @@ pub fn controller_run(machine: &Machine, run: &Run) -> Result<ControllerRun> {
     let settings = run.settings.iter().map(|(path, value)| (path.as_str(), value.clone()));
     let machine = machine.with_settings(settings)?;
     let constants = machine.constants();
+    let limit_v = constants.effort_limit_v().map(|limit| AT_LIMIT * limit);
     let Some(law) = constants.controller else {
         return Err(Error::new(ErrorKind::Missing)
             .file(machine.file())
@@ -67,6 +68,6 @@ pub fn controller_run(machine: &Machine, run: &Run) -> Result<ControllerRun> {
         period_s,
         inputs: inputs.skip(first).collect(),
         effort_v: (first..effort.len()).map(|k| effort[k] - disturbance.map_or(0.0, |d| d[k])).collect(),
-        limit_v: constants.amplifier.voltage_limit_v.map(|limit| AT_LIMIT * limit),
+        limit_v,
     })
 }

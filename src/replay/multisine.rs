@@ -51,7 +51,7 @@ impl Limits {
         Self {
             position: limited((-joint.lower).min(joint.upper)),
             velocity: limited(joint.velocity),
-            effort_v: machine.constants().amplifier.voltage_limit_v.and_then(limited),
+            effort_v: machine.constants().effort_limit_v().and_then(limited),
             thrust: limited(joint.effort),
         }
     }
