@@ -85,12 +85,8 @@ mod tests {
     fn walk(limit: EffortLimit, errors: &[f64]) -> Vec<(f64, f64)> {
         let mut memory = Memory::default();
         let one = |error: &f64| {
-            let input = Input {
-                position_reference: 0.0,
-                velocity_reference: *error,
-                position: 0.0,
-                velocity: 0.0,
-            };
+            let input =
+                Input { position_reference: 0.0, velocity_reference: *error, position: 0.0, velocity: 0.0 };
             (limit.effort_v(&GAINS, &mut memory, input, PERIOD_S), memory.integral_v)
         };
         errors.iter().map(one).collect()
@@ -111,8 +107,7 @@ mod tests {
         assert!((found[30].0 + 0.55).abs() < 1e-12, "{}", found[30].0);
         // Deep in the limit by a wound-up integral part, an error that unwinds it is integrated.
         let (law, mut memory) = (limit(AntiWindup::Clamping), Memory { integral_v: 5.0 });
-        let back =
-            Input { position_reference: 0.0, velocity_reference: -1.0, position: 0.0, velocity: 0.0 };
+        let back = Input { position_reference: 0.0, velocity_reference: -1.0, position: 0.0, velocity: 0.0 };
         assert_eq!(law.effort_v(&GAINS, &mut memory, back, PERIOD_S), 2.0);
         assert!((memory.integral_v - 4.9).abs() < 1e-12);
     }

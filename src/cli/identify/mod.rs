@@ -6,6 +6,7 @@ mod friction;
 mod gains;
 mod multisine;
 mod response;
+mod sweep;
 mod transfer;
 
 use std::process::ExitCode;
@@ -35,6 +36,8 @@ enum Kind {
     Friction(friction::FrictionCommand),
     /// Frequency response of plant, open loop and closed loop, margins and modes
     Response(response::Response),
+    /// Transfer function of a drive from runs of one sine each, its loops open
+    Sweep(sweep::Sweep),
     /// Write a multisine within the machine's limits as a run to record
     Multisine(multisine::MultisineCommand),
 }
@@ -46,6 +49,7 @@ impl Identify {
             Some(Kind::Gains(gains)) => gains.run(screen),
             Some(Kind::Friction(friction)) => friction.run(screen),
             Some(Kind::Response(response)) => response.run(screen),
+            Some(Kind::Sweep(sweep)) => sweep.run(screen),
             Some(Kind::Multisine(multisine)) => multisine.run(screen),
             None => self.transfer.run(screen),
         }
