@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// integral time). Drives that say what they do: the speed loop of Texas Instruments' MCF8315C and MCF8329A disables the
 /// integrator while its output is at the current limit (data sheets, speed control), which is `clamping`, held also where the
 /// error would unwind it. No drive's manual that names back-calculation was found; the controller of the drives in the
-/// Modelica Standard Library, `LimitedPI`, is of that kind. What the AKD of Kollmorgen does is not published.
+/// Modelica Standard Library, `LimitedPI`, is of that kind.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum AntiWindup {

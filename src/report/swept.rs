@@ -80,9 +80,9 @@ fn row(name: String, estimate: &Estimate, factor: f64, unit: &str) -> Vec<String
     // Two digits of the standard error, not more than twelve of the value.
     let size = (factor * value).abs().max(f64::MIN_POSITIVE);
     let places = (1.0 - (factor * standard_error).abs().max(1e-9 * size).log10().floor()).clamp(0.0, 15.0);
-    let text = |number: f64| match size < 1e-3 || size >= 1e7 {
-        true => format!("{:.5e}", factor * number),
-        false => format!("{:.1$}", factor * number, places as usize),
+    let text = |number: f64| match (1e-3..1e7).contains(&size) {
+        true => format!("{:.1$}", factor * number, places as usize),
+        false => format!("{:.5e}", factor * number),
     };
     vec![name, text(value), text(from), text(to), unit.to_owned()]
 }

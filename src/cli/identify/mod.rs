@@ -37,7 +37,7 @@ enum Kind {
     /// Frequency response of plant, open loop and closed loop, margins and modes
     Response(response::Response),
     /// Transfer function of a drive from runs of one sine each, its loops open
-    Sweep(sweep::Sweep),
+    Sweep(Box<sweep::Sweep>),
     /// Write a multisine within the machine's limits as a run to record
     Multisine(multisine::MultisineCommand),
 }
