@@ -41,6 +41,8 @@ const REMEDY: &str =
 /// let corner = lag.response(2.0 / std::f64::consts::TAU);
 /// assert!((corner.norm() - lag.static_gain() / 2f64.sqrt()).abs() < 1e-12);
 /// assert_eq!(lag.to_string(), "6 / (s + 2)");
+/// let late = ContinuousTransfer { delay_s: 0.003, ..lag };
+/// assert_eq!(late.to_string(), "6 / (s + 2) e^(-0.003 s)");
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ContinuousTransfer {
@@ -82,7 +84,10 @@ impl fmt::Display for ContinuousTransfer {
         write!(f, "{} / {}", bracket(numerator), bracket(denominator))?;
         match self.delay_s {
             0.0 => Ok(()),
-            delay => write!(f, " e^(-{} s)", digits(delay)),
+            delay => {
+                let sign = if delay < 0.0 { "" } else { "-" };
+                write!(f, " e^({sign}{} s)", digits(delay.abs()))
+            }
         }
     }
 }

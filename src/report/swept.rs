@@ -50,10 +50,9 @@ pub fn sheet(swept: &Swept) -> Sheet {
         sines.len(),
         100.0 * fit.deviation,
     );
-    let mut sections = vec![coefficients(swept)];
+    let mut sections = vec![coefficients(swept), Section::new("Bode").figure(bode(&response(swept)))];
     sections.extend(axis(swept));
     sections.push(points(swept));
-    sections.push(Section::new("Bode").figure(bode(&response(swept))));
     Sheet {
         subject: subject.clone(),
         kind: "sine sweep",
