@@ -104,11 +104,12 @@ fn exact_limit_out_of_reach_changes_nothing() {
 #[test]
 fn exact_anti_windup_takes_the_overshoot_away() {
     let overshoot = |anti_windup: &str| {
-        let traces = replayed(&limited(0.01, anti_windup));
+        let traces = replayed(&limited(0.1, anti_windup));
         traces.position[..750].iter().fold(0.0, |most: f64, q| most.max(q - 5.0))
     };
     let [none, clamping, tracking] = KINDS.map(overshoot);
-    assert!(none > 1.2 * clamping.max(tracking), "{none} {clamping} {tracking}");
+    // The linear loop does not overshoot; wound up, it does by a third of the move.
+    assert!(none > 1.0 && clamping.max(tracking) < 1e-3, "{none} {clamping} {tracking}");
 }
 
 #[test]
@@ -126,7 +127,7 @@ fn exact_linear_loop_is_without_the_limit() {
 #[test]
 fn exact_gains_are_found_from_a_clipped_run() {
     for kind in KINDS {
-        let machine = limited(0.3, kind);
+        let machine = limited(0.15, kind);
         let logged = recorded("run", &machine, &reference(), replayed(&machine)).unwrap();
         let found =
             gain_regression(&[controller_run(&machine, &logged).unwrap()], Unknown::BothLoops).unwrap();

@@ -18,9 +18,10 @@ pub const MOST_POLES: usize = 6;
 /// Rows (a gain or a phase) that each coefficient must be able to lean on.
 const ROWS_PER_COEFFICIENT: usize = 3;
 /// Repetitions of the linear fit, each weighted by the denominator before.
-const REWEIGHTINGS: usize = 20;
-/// Delays that are tried as starts, in radians at the highest frequency.
-const DELAY_STARTS: [f64; 7] = [0.0, 0.3, 1.0, 2.0, 4.0, 8.0, 16.0];
+const REWEIGHTINGS: usize = 8;
+/// Delays that are tried as starts: their distance in radians at the highest frequency, and their number. A start further off
+/// than about a radian ends beside the solution.
+const DELAY_STARTS: (f64, i32) = (0.25, 65);
 /// Smallest relative standard deviation that weights a point.
 const LEAST_RELATIVE_SD: f64 = 1e-6;
 /// Step of the derivatives; the coefficients are scaled to the order of one.
@@ -193,7 +194,7 @@ pub struct TransferFit {
 /// from s²·(JᵀJ)⁻¹, s² being the mean square of the weighted residual.
 ///
 /// # Validity
-/// Points with independent errors. A structure that is wrong shows in the deviation, not in the intervals. A pole far outside the
+/// Points with independent errors; a delay of at most 16 rad at the highest frequency. A structure that is wrong shows in the deviation, not in the intervals. A pole far outside the
 /// band is told by its interval, which then reaches 0 or beyond twice its value.
 ///
 /// # Source
@@ -334,7 +335,10 @@ impl<'a> Problem<'a> {
         let highest = self.points.iter().map(|p| self.s(p).im).fold(0.0, f64::max);
         let delays: Vec<f64> = match self.structure.delay {
             Delay::Known(delay_s) => vec![delay_s * self.omega_0],
-            Delay::Free => DELAY_STARTS.iter().map(|angle| angle / highest).collect(),
+            Delay::Free => {
+                let (distance, count) = DELAY_STARTS;
+                (0..count).map(|k| f64::from(k) * distance / highest).collect()
+            }
         };
         let fits = delays.into_iter().filter_map(|delay| {
             let mut values = self.linear(delay)?;

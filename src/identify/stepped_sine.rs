@@ -61,7 +61,7 @@ pub struct Sine {
 ///
 /// # Validity
 /// Steady state: refused where an amplitude still changes by more than 0.5 % (and its noise) over the settled part. Peaks and
-/// fundamental agree for a linear system; with dry friction they do not. Noise raises peaks. With a loop closed around
+/// fundamental agree for a linear system; with dry friction they do not. Noise raises peaks, a drift shifts them. With a loop closed around
 /// the system the ratio is still that of the signals, as far as they are free of noise.
 ///
 /// # Errors
