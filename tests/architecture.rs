@@ -33,7 +33,9 @@ const OPTIONAL: [&str; 5] = ["tune", "diagnose", "trial", "report", "cli"];
 /// Where printing is the purpose.
 const MAY_PRINT: [&str; 3] = ["cli", "report", "main"];
 const PRINTING: [&str; 7] = ["println!", "eprintln!", "print!", "eprint!", "dbg!", "todo!", "unimplemented!"];
-const MACHINES: [&str; 6] = ["grinder", "emps", "fgp", "chevalier", "kollmorgen", "delta_a3"];
+const MACHINES: [&str; 8] = ["grinder", "emps", "fgp", "chevalier", "kollmorgen", "akd", "delta_a3", "servo"];
+/// Those that are words of the field: prose may use them, code may not.
+const FIELD_WORDS: [&str; 1] = ["servo"];
 /// A file beyond this holds more than one law or concern.
 const MOST_LINES: usize = 500;
 const TOP_LEVEL: [&str; 9] =
@@ -248,7 +250,8 @@ fn machines_in(line: &str) -> Vec<&'static str> {
         for (at, _) in lower.match_indices(name) {
             let alone = !lower[..at].ends_with(char::is_alphanumeric)
                 && !lower[at + name.len()..].starts_with(char::is_alphanumeric);
-            if alone && !(in_comment && lower[..at].ends_with("models/")) {
+            let in_prose = in_comment && (FIELD_WORDS.contains(&name) || lower[..at].ends_with("models/"));
+            if alone && !in_prose {
                 names.push(name);
             }
         }
@@ -276,6 +279,9 @@ fn exact_machine_named_in_code_is_caught() {
     assert_eq!(machines_in("let folder = \"models/grinder\";"), ["grinder"]);
     assert!(machines_in("/// let folder = root.join(\"models/grinder\");").is_empty());
     assert!(machines_in("let temps = attempts;").is_empty());
+    assert!(machines_in("//! What a servo axis is.").is_empty());
+    assert_eq!(machines_in("if name == \"servo\" {"), ["servo"]);
+    assert_eq!(machines_in("// as a Kollmorgen drive"), ["kollmorgen"]);
 }
 
 #[test]

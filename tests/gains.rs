@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use slideway::controller::integer::IntegerGain;
 use slideway::controller::regression::{ControllerGains, ControllerRun, gain_regression};
 use slideway::controller::regressor::Unknown;
-use slideway::controller::{Cascade, Controller, Input, Memory, Pdf};
+use slideway::controller::{AntiWindup, Cascade, Controller, Input, Memory, Pdf};
 use slideway::error::ErrorKind;
 use slideway::identify::excitation::Outcome;
 use slideway::machine::Machine;
@@ -40,6 +40,8 @@ fn cascade(integral: f64) -> Cascade {
         velocity_gain_v_s_per_m: 240.0,
         velocity_integral_per_s: integral,
         velocity_feedforward: 0.4,
+        effort_limit_v: None,
+        anti_windup: AntiWindup::None,
     }
 }
 
@@ -117,6 +119,7 @@ proptest! {
             velocity_integral_per_s: b * other.velocity_integral_per_s,
             position_gain_per_s: c * other.position_gain_per_s,
             velocity_feedforward: d * other.velocity_feedforward,
+            ..other
         };
         let truth = [
             real.velocity_gain_v_s_per_m,

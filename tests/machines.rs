@@ -170,8 +170,14 @@ fn has_row_with_mark(readme: &str, key: &str) -> bool {
 
 #[test]
 fn exact_readme_marks_the_source_of_every_number() {
-    for file in ["grinder/machine.toml", "emps/machine.toml", "emps/symmetric.toml", "delta_a3/machine.toml"]
-    {
+    for file in [
+        "grinder/machine.toml",
+        "emps/machine.toml",
+        "emps/symmetric.toml",
+        "delta_a3/machine.toml",
+        "servo/machine.toml",
+        "servo/stiction.toml",
+    ] {
         let path = models().join(file);
         let table: toml::Table = toml::from_str(&std::fs::read_to_string(&path).unwrap()).unwrap();
         let readme = std::fs::read_to_string(path.with_file_name("README.md")).unwrap();

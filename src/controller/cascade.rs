@@ -1,6 +1,6 @@
 //! Cascade of a proportional position loop and a proportional-integral velocity loop.
 
-use super::Gains;
+use super::{AntiWindup, EffortLimit, Gains};
 use serde::{Deserialize, Serialize};
 
 /// Cascade control: position P, velocity PI, with optional velocity feed-forward.
@@ -9,12 +9,14 @@ use serde::{Deserialize, Serialize};
 /// ```text
 ///   e = Kp·(x_ref − x) + f·v_ref − v
 ///   I ← I + Kv·Ki·T·e
-///   u = Kv·e + I                       volts
+///   u = clip(Kv·e + I, ±u_max)         volts
 /// ```
-/// Positive effort drives the axis along its positive direction. `Ki = 0` gives the P–P cascade.
+/// Positive effort drives the axis along its positive direction. `Ki = 0` gives the P–P cascade. Without u_max nothing is
+/// clipped here; with it, [`AntiWindup`] says what I does meanwhile.
 ///
 /// # Validity
-/// No anti-windup: the integral part goes on when the amplifier clips.
+/// I knows of the law's own limit only: it goes on when the amplifier clips below it. The position loop's output, a velocity,
+/// is not limited.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Cascade {
@@ -29,9 +31,24 @@ pub struct Cascade {
     /// f, the share of the reference velocity fed forward.
     #[serde(default)]
     pub velocity_feedforward: f64,
+    /// u_max in V; absent: the law does not clip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub effort_limit_v: Option<f64>,
+    /// What the integral part does while the law clips.
+    #[serde(default, skip_serializing_if = "is_none")]
+    pub anti_windup: AntiWindup,
+}
+
+fn is_none(anti_windup: &AntiWindup) -> bool {
+    *anti_windup == AntiWindup::None
 }
 
 impl Cascade {
+    pub(super) fn limit(&self) -> Option<EffortLimit> {
+        let anti_windup = self.anti_windup;
+        self.effort_limit_v.map(|effort_limit_v| EffortLimit { effort_limit_v, anti_windup })
+    }
+
     pub(super) fn gains(&self, period_s: f64) -> Gains {
         let velocity = self.velocity_gain_v_s_per_m;
         Gains {
@@ -56,6 +73,8 @@ mod tests {
             velocity_gain_v_s_per_m: 240.0,
             velocity_integral_per_s: 12.0,
             velocity_feedforward: 0.3,
+            effort_limit_v: Some(10.0),
+            anti_windup: AntiWindup::Clamping,
         });
         let input =
             Input { position_reference: 0.01, velocity_reference: 0.2, position: 0.009, velocity: 0.15 };

@@ -4,6 +4,7 @@
 //! a [`Memory`] handed in from outside. A new control law is one file here and one variant of [`Controller`].
 
 pub mod cascade;
+pub mod effort_limit;
 mod gains;
 pub mod integer;
 pub mod pdf;
@@ -14,6 +15,7 @@ pub mod regressor;
 use serde::{Deserialize, Serialize};
 
 pub use cascade::Cascade;
+pub use effort_limit::{AntiWindup, EffortLimit};
 pub use gains::Gains;
 pub use pdf::Pdf;
 pub use reference_delay::ReferenceDelay;
@@ -51,10 +53,22 @@ pub enum Controller {
 impl Controller {
     /// The voltage commanded to the amplifier for this sample; `period_s` is the sample period.
     pub fn effort_v(&self, memory: &mut Memory, input: Input, period_s: f64) -> f64 {
-        self.gains(period_s).effort_v(memory, input)
+        let gains = self.gains(period_s);
+        match self.limit() {
+            Some(limit) => limit.effort_v(&gains, memory, input, period_s),
+            None => gains.effort_v(memory, input),
+        }
     }
 
-    /// The law as its gains.
+    /// The limit of the effort inside the law, where it has one: beside it, the law is its [`gains`](Self::gains).
+    pub fn limit(&self) -> Option<EffortLimit> {
+        match self {
+            Self::Pdf(_) => None,
+            Self::Cascade(law) => law.limit(),
+        }
+    }
+
+    /// The law as its gains, without its limit.
     pub fn gains(&self, period_s: f64) -> Gains {
         match self {
             Self::Pdf(law) => law.gains(period_s),
@@ -111,13 +125,14 @@ impl Controller {
     }
 
     /// The memory with which this law would have commanded `effort_v` on `input`: how a replay
-    /// that starts inside a recording takes over without a bump. Blank for a law without an integral part.
+    /// that starts inside a recording takes over without a bump. Blank for a law without an integral part. An effort at
+    /// the law's limit is taken as just reaching it: how far the integral part is wound up is not recorded.
     pub fn memory_for(&self, effort_v: f64, input: Input, period_s: f64) -> Memory {
         if !self.integrates() {
             return Memory::default();
         }
         let mut blank = Memory::default();
-        let without = self.effort_v(&mut blank, input, period_s);
+        let without = self.gains(period_s).effort_v(&mut blank, input);
         // Both laws add the integral part linearly and first add this sample's increment to it.
         Memory { integral_v: effort_v - without }
     }

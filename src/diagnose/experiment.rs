@@ -2,7 +2,6 @@
 
 use super::measured;
 use super::run_setting::RunSettings;
-use crate::drive::motor::Motor;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
@@ -69,10 +68,10 @@ enum Mode {
 
 /// The signal that drives a run whose loop cannot be closed.
 fn input(run: &Run, machine: &Machine) -> Result<Input> {
-    let is_winding = matches!(machine.description().motor, Motor::Winding(_));
+    let has_current = machine.description().motor.has_current();
     let there = |input: &Input| run.signal(input.signal()).is_some();
     let inputs = [Input::Effort, Input::Thrust, Input::Current];
-    let usable = inputs.into_iter().find(|i| there(i) && (is_winding || *i != Input::Current));
+    let usable = inputs.into_iter().find(|i| there(i) && (has_current || *i != Input::Current));
     usable.ok_or_else(|| {
         let logged: Vec<_> = run.signals().keys().map(|signal| signal.key(run.motion())).collect();
         let stated = machine.description().controller.is_some();

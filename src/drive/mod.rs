@@ -1,5 +1,6 @@
 //! The drive: amplifier and motor, from control effort to force.
 
 pub mod amplifier;
+pub mod current_loop;
 pub mod motor;
 pub mod printed;

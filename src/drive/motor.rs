@@ -1,13 +1,16 @@
-//! The motor: from applied voltage to force or torque.
+//! The motor: from the amplifier's output to force or torque.
 
+use super::current_loop::CurrentLoop;
 use serde::{Deserialize, Serialize};
 
-/// How the motor turns voltage into effort.
+/// How the motor turns what the amplifier gives into effort.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Motor {
     /// Voltage-fed winding with resistance and inductance.
     Winding(Winding),
+    /// Torque-controlled amplifier: a current loop that follows its command with a lag.
+    CurrentLoop(CurrentLoop),
     /// Current loop so fast that effort follows the command at once.
     Direct(Direct),
 }
@@ -60,7 +63,16 @@ impl Motor {
     pub fn lines_of_action_m(&self) -> &[[f64; 3]] {
         match self {
             Self::Winding(winding) => &winding.lines_of_action_m,
+            Self::CurrentLoop(current_loop) => &current_loop.lines_of_action_m,
             Self::Direct(direct) => &direct.lines_of_action_m,
+        }
+    }
+
+    /// Whether the motor has a current that follows its command or voltage with a lag, and that a log may hold.
+    pub fn has_current(&self) -> bool {
+        match self {
+            Self::Winding(_) | Self::CurrentLoop(_) => true,
+            Self::Direct(_) => false,
         }
     }
 }
@@ -68,7 +80,7 @@ impl Motor {
 /// The electrical constants that a step needs, ready for one step length.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Circuit {
-    /// R–L circuit.
+    /// R–L circuit, or the first-order current loop that has its equation.
     Winding {
         /// R in Ω.
         resistance_ohm: f64,
@@ -95,6 +107,7 @@ impl From<&Motor> for Circuit {
                 force_constant: w.force_constant_n_per_a,
                 back_emf: w.back_emf_v_s_per_m,
             },
+            Motor::CurrentLoop(current_loop) => current_loop.circuit(),
             Motor::Direct(d) => Self::Direct { force_per_volt: d.force_n_per_v },
         }
     }

@@ -30,7 +30,7 @@ impl Law for BackEmf {
         &[Parameter::differing("back_emf_v_s_per_m", "back_emf_v_s_per_rad", "V·s/m", "V·s/rad")];
 
     fn applies(constants: &Constants) -> bool {
-        matches!(constants.circuit, Circuit::Winding { .. })
+        constants.has_voltage_fed_winding
     }
 
     fn fault(&self) -> Option<String> {

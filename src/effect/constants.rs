@@ -17,6 +17,8 @@ pub struct Constants {
     pub amplifier: Amplifier,
     /// Motor circuit.
     pub circuit: Circuit,
+    /// Whether the circuit is a winding fed with voltage, not a current loop with the equation of one.
+    pub has_voltage_fed_winding: bool,
     /// Moving mass in kg, or inertia about the joint's axis in kg·m².
     pub moving_mass: f64,
     /// Viscous coefficient of the guide in N·s/m, or N·m·s/rad.
@@ -48,6 +50,12 @@ impl Constants {
             Circuit::Winding { force_constant, .. } => force_constant,
             Circuit::Direct { force_per_volt } => force_per_volt,
         }
+    }
+
+    /// Magnitude of the effort in V beyond which controller or amplifier clip it; none where neither does.
+    pub fn effort_limit_v(&self) -> Option<f64> {
+        let own = self.controller.as_ref().and_then(|law| law.limit()).map(|limit| limit.effort_limit_v);
+        [own, self.amplifier.voltage_limit_v].into_iter().flatten().reduce(f64::min)
     }
 
     /// Motor force per volt in the steady state at standstill, N/V or N·m/V.

@@ -28,7 +28,7 @@ impl Law for WindingResistance {
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("resistance_ohm", "Ω")];
 
     fn applies(constants: &Constants) -> bool {
-        matches!(constants.circuit, Circuit::Winding { .. })
+        constants.has_voltage_fed_winding
     }
 
     fn fault(&self) -> Option<String> {

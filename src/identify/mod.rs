@@ -5,6 +5,7 @@
 
 pub mod arx;
 mod check;
+pub mod continuous;
 pub mod decimation;
 pub mod excitation;
 pub mod first_order;
@@ -15,5 +16,6 @@ pub mod margins;
 pub mod modes;
 pub mod nonlinear;
 mod polynomial;
+pub mod stepped_sine;
 pub mod transfer;
 pub mod whiteness;

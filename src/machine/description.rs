@@ -2,7 +2,7 @@
 
 use super::{CrosscheckPlan, Provenance, Tolerance, TunePlan};
 use crate::base::Mode;
-use crate::controller::Controller;
+use crate::controller::{AntiWindup, Cascade, Controller};
 use crate::drive::amplifier::Amplifier;
 use crate::drive::motor::Motor;
 use crate::effect::Effects;
@@ -138,8 +138,30 @@ impl Description {
                 finite("controller.position_gain_per_s", cascade.position_gain_per_s)?;
                 finite("controller.velocity_gain_v_s_per_m", cascade.velocity_gain_v_s_per_m)?;
                 finite("controller.velocity_integral_per_s", cascade.velocity_integral_per_s)?;
-                finite("controller.velocity_feedforward", cascade.velocity_feedforward)
+                finite("controller.velocity_feedforward", cascade.velocity_feedforward)?;
+                self.check_limit(cascade)
             }
+        }
+    }
+
+    fn check_limit(&self, cascade: &Cascade) -> Result<()> {
+        if let Some(limit) = cascade.effort_limit_v {
+            positive("controller.effort_limit_v", limit)?;
+        } else if cascade.anti_windup != AntiWindup::None {
+            return Err(Error::new(ErrorKind::Missing)
+                .key("controller.effort_limit_v")
+                .found("an anti_windup without a limit that would ask for it")
+                .expected("the limit of the effort inside the controller, in V")
+                .remedy("state effort_limit_v, or leave anti_windup out"));
+        }
+        match cascade.anti_windup {
+            AntiWindup::BackCalculation { tracking_time_s }
+                if !(tracking_time_s.is_finite() && tracking_time_s >= self.sample_period_s) =>
+            {
+                let expected = format!("at least the sample period, {} s", self.sample_period_s);
+                Err(range("controller.anti_windup.tracking_time_s", tracking_time_s, &expected))
+            }
+            _ => Ok(()),
         }
     }
 
@@ -156,6 +178,14 @@ impl Description {
                 positive("motor.inductance_h", winding.inductance_h)?;
                 positive("motor.force_constant_n_per_a", winding.force_constant_n_per_a)?;
                 zero_or_more("motor.back_emf_v_s_per_m", winding.back_emf_v_s_per_m)
+            }
+            Motor::CurrentLoop(current_loop) => {
+                positive("motor.command_a_per_v", current_loop.command_a_per_v)?;
+                positive("motor.time_constant_s", current_loop.time_constant_s)?;
+                if let Some(limit) = current_loop.current_limit_a {
+                    positive("motor.current_limit_a", limit)?;
+                }
+                positive("motor.force_constant_n_per_a", current_loop.force_constant_n_per_a)
             }
             Motor::Direct(direct) => positive("motor.force_n_per_v", direct.force_n_per_v),
         }

@@ -17,7 +17,7 @@ pub use provenance::Provenance;
 pub use tolerance::Tolerance;
 
 use crate::base::Modes;
-use crate::drive::motor::Circuit;
+use crate::drive::motor::{Circuit, Motor};
 use crate::effect::{Constants, Effect, EffectId};
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::sensor::End;
@@ -119,10 +119,23 @@ impl Machine {
                 .expected("more than zero after the payload is added")
                 .remedy("a negative payload must be smaller than the solid model's mass"));
         }
+        if let Some(effect) = self.effects().iter().find(|e| self.is_hidden_in_current_loop(e.id())) {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .file(&self.file)
+                .key(format!("effect.{}", effect.id().name()))
+                .found("an effect of a voltage-fed winding beside a motor of kind current_loop")
+                .expected("none: resistance, inductance and back-EMF are inside the closed current loop")
+                .remedy("take the effect out, or describe the motor as a winding"));
+        }
         for slider in &self.description.guide.sliders {
             self.solid.link(slider).map_err(|e| e.key(slider.clone()).file(&self.file))?;
         }
         Ok(())
+    }
+
+    fn is_hidden_in_current_loop(&self, id: EffectId) -> bool {
+        let winding = [EffectId::WindingResistance, EffectId::WindingInductance, EffectId::BackEmf];
+        matches!(self.description.motor, Motor::CurrentLoop(_)) && winding.contains(&id)
     }
 
     /// The description as read, with the settings laid over it.
@@ -165,8 +178,12 @@ impl Machine {
         let d = &*self.description;
         Constants {
             controller: d.controller.clone(),
-            amplifier: d.amplifier.clone(),
+            amplifier: match &d.motor {
+                Motor::CurrentLoop(current_loop) => current_loop.limited(d.amplifier.clone()),
+                Motor::Winding(_) | Motor::Direct(_) => d.amplifier.clone(),
+            },
             circuit: Circuit::from(&d.motor),
+            has_voltage_fed_winding: matches!(d.motor, Motor::Winding(_)),
             moving_mass: self.solid.moving_inertia_along_joint(),
             viscous: d.guide.viscous_n_s_per_m,
             coulomb: 0.0,

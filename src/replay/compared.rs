@@ -2,7 +2,6 @@
 
 use super::feedforward::RUN_KEY;
 use super::{Cell, Feedforward, Figures, PlantChoice, Recorded, Traces};
-use crate::drive::motor::Motor;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::{Plant, axis::Axis, mujoco::MujocoRig, rapier::Rig};
@@ -231,7 +230,7 @@ fn driven(run: &Run, machine: &Machine) -> Result<(Recorded, DrivenBy)> {
 fn agreement(run: &Run, machine: &Machine, twin: &Traces) -> Vec<Agreement> {
     let description = machine.description();
     let is_predicted = |signal: &Signal| match signal {
-        Signal::Current => matches!(description.motor, Motor::Winding(_)),
+        Signal::Current => description.motor.has_current(),
         Signal::LoadPosition => description.load_sensor.is_some(),
         _ => true,
     };

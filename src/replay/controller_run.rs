@@ -8,7 +8,7 @@ use crate::machine::Machine;
 use crate::recording::{Run, Signal};
 use crate::sensor::VelocityMemory;
 
-/// A recorded effort this near to the amplifier's limit may have been clipped.
+/// A recorded effort this near to the limit of controller or amplifier may have been clipped.
 const AT_LIMIT: f64 = 1.0 - 1e-6;
 /// Sample periods of recording and machine agree to this fraction.
 const PERIOD_AGREEMENT: f64 = 1e-3;
@@ -27,6 +27,7 @@ pub fn controller_run(machine: &Machine, run: &Run) -> Result<ControllerRun> {
     let settings = run.settings.iter().map(|(path, value)| (path.as_str(), value.clone()));
     let machine = machine.with_settings(settings)?;
     let constants = machine.constants();
+    let limit_v = constants.effort_limit_v().map(|limit| AT_LIMIT * limit);
     let Some(law) = constants.controller else {
         return Err(Error::new(ErrorKind::Missing)
             .file(machine.file())
@@ -70,7 +71,7 @@ pub fn controller_run(machine: &Machine, run: &Run) -> Result<ControllerRun> {
         period_s,
         inputs: inputs.skip(first).collect(),
         effort_v: (first..effort.len()).map(|k| effort[k] - disturbance.map_or(0.0, |d| d[k])).collect(),
-        limit_v: constants.amplifier.voltage_limit_v.map(|limit| AT_LIMIT * limit),
+        limit_v,
     })
 }
 

@@ -13,6 +13,7 @@ pub mod multisine;
 pub mod recorded;
 pub mod recording;
 mod simulation;
+pub mod sine_sweep;
 pub mod stroke;
 mod together;
 pub mod windows;

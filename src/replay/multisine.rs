@@ -55,7 +55,7 @@ impl Limits {
         Self {
             position: limited(joint.half_travel()),
             velocity: limited(joint.velocity),
-            effort_v: machine.constants().amplifier.voltage_limit_v.and_then(limited),
+            effort_v: machine.constants().effort_limit_v().and_then(limited),
             thrust: limited(joint.effort),
             injected_v: usable_voltage(machine),
         }

@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use super::Traces;
-use crate::drive::motor::Motor;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
@@ -12,7 +11,7 @@ use crate::recording::{Run, Signal};
 pub const SLIDER_COLUMNS: [&str; 4] = ["slider_a_n", "slider_b_n", "slider_c_n", "slider_d_n"];
 
 /// The run that a data logger would have made of a replay: references, position, velocity, effort, thrust;
-/// current where the motor has a winding; slider loads as extra columns where the plant knows them.
+/// current where the motor has one; slider loads as extra columns where the plant knows them.
 ///
 /// # Validity
 /// Position, velocity and current are what the twin's sensors say. Thrust and slider loads are the
@@ -32,7 +31,7 @@ pub fn recorded(name: &str, machine: &Machine, reference: &[f64], traces: Traces
         (Signal::Position, traces.position),
         (Signal::Velocity, traces.velocity),
     ]);
-    if matches!(machine.description().motor, Motor::Winding(_)) {
+    if machine.description().motor.has_current() {
         signals.insert(Signal::Current, traces.current);
     }
     if machine.description().load_sensor.is_some() {

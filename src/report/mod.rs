@@ -19,6 +19,7 @@ mod place;
 mod printed;
 mod sentence;
 pub mod sheet;
+pub mod swept;
 mod terminal;
 mod tuned;
 mod which;

@@ -10,7 +10,6 @@ use super::seal::{Sealed, is_open};
 use super::seed::Seed;
 use super::tier::Tier;
 use super::truth::{self, TrueCase, Truth};
-use crate::drive::motor::Motor;
 use crate::effect::EffectId;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
@@ -125,7 +124,7 @@ fn check_place(order: &Order) -> Result<()> {
 pub fn logged(machine: &Machine) -> Vec<Signal> {
     let mut logged =
         vec![Signal::PositionReference, Signal::ControlEffort, Signal::Position, Signal::Velocity];
-    if matches!(machine.description().motor, Motor::Winding(_)) {
+    if machine.description().motor.has_current() {
         logged.push(Signal::Current);
     }
     if machine.description().load_sensor.is_some() {

@@ -88,6 +88,11 @@ impl NominalErrors {
                 let key = keys("motor.force_constant_n_per_a", "motor.torque_constant_nm_per_a");
                 settings.push((key, w.force_constant_n_per_a * (1.0 + self.force_constant)));
             }
+            // R and L of the copper are inside the loop.
+            Motor::CurrentLoop(current_loop) => {
+                let key = keys("motor.force_constant_n_per_a", "motor.torque_constant_nm_per_a");
+                settings.push((key, current_loop.force_constant_n_per_a * (1.0 + self.force_constant)));
+            }
             Motor::Direct(direct) => {
                 let key = keys("motor.force_n_per_v", "motor.torque_nm_per_v");
                 settings.push((key, direct.force_n_per_v * (1.0 + self.force_constant)));

@@ -119,6 +119,6 @@ fn voltage_share(machine: &Machine, feed: f64) -> f64 {
     let ramp_s = machine.description().reference.acceleration_time_s.max(constants.sample_period_s);
     let needed_v =
         (constants.moving_mass * feed / ramp_s + constants.viscous * feed) / constants.force_per_volt();
-    let limit_v = constants.amplifier.voltage_limit_v.unwrap_or(f64::INFINITY);
+    let limit_v = constants.effort_limit_v().unwrap_or(f64::INFINITY);
     (MOST_VOLTAGE * limit_v / needed_v).min(1.0)
 }

@@ -125,7 +125,7 @@ impl Limits {
         let shares = Criterion::ALL[..3].iter().copied().zip(USUAL_SHARES);
         let margins = Criterion::ALL[OF_STROKE..].iter().copied().zip(USUAL_MARGINS);
         let mut bounds: BTreeMap<Criterion, f64> = shares.chain(margins).collect();
-        if let Some(limit_v) = machine.constants().amplifier.voltage_limit_v {
+        if let Some(limit_v) = machine.constants().effort_limit_v() {
             bounds.insert(Criterion::PeakEffort, limit_v);
         }
         Self { bounds }

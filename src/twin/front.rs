@@ -8,7 +8,7 @@ use pulp::{Simd, WithSimd};
 /// The signal path from encoder to amplifier, lane by lane in arrays.
 ///
 /// It takes the place of [`Path::sample`] for paths whose encoder shows the position as it is, whose velocity is a smoothed
-/// difference, and whose controller sees the reference at once; the operations are the same in the same order.
+/// difference, and whose controller sees the reference at once and has no limit; the operations are the same in the same order.
 #[derive(Debug, Clone)]
 pub(super) struct Front {
     lanes: usize,

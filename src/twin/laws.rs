@@ -9,6 +9,9 @@ use crate::machine::Machine;
 use crate::plant::LoadModel;
 use crate::sensor::End;
 
+/// Steps shorter than so many time constants of the current see it bend to second order.
+const FEW_DECAYS: f64 = 0.1;
+
 /// Laws that act along the path while the twin runs, by the door through which they do.
 #[derive(Debug, Clone)]
 pub(super) struct Laws {
@@ -83,10 +86,15 @@ impl Laws {
     #[inline(never)]
     fn some_ripple(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
         let [begin_n, end_n] = coast.motor_force;
-        let bend = 0.5 * self.winding_rate_per_s * step_s;
+        let decays = self.winding_rate_per_s * step_s;
+        let bend = 0.5 * decays;
         let at = |share: f64| {
             // Under a held voltage the current falls exponentially: to second order in R·h/L this share of its change.
-            let changed = share * (1.0 + bend * (1.0 - share));
+            let changed = if decays < FEW_DECAYS {
+                share * (1.0 + bend * (1.0 - share))
+            } else {
+                (-decays * share).exp_m1() / (-decays).exp_m1()
+            };
             let motor_n = begin_n + changed * (end_n - begin_n);
             motor_n * (self.ripple(position + coast.free_travel_until(share, step_s)) - 1.0)
         };

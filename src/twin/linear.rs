@@ -176,7 +176,7 @@ fn grid(highest_hz: f64, resonances: &[Resonance]) -> Vec<f64> {
 /// ```
 ///
 /// # Validity
-/// As [`LinearPlant`]. The loop is broken where voltage is injected, so L can be measured there.
+/// As [`LinearPlant`], and without a limit of the controller's effort. The loop is broken where voltage is injected, so L can be measured there.
 ///
 /// # Source
 /// Åström, Wittenmark (1997), *Computer-Controlled Systems*, section 3.5.

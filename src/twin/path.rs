@@ -3,7 +3,7 @@
 use super::front::{Entry, Numbers};
 use super::laws::Laws;
 use super::{Command, Sample, Sensing};
-use crate::controller::{Controller, Gains, Input, Memory, ReferenceDelay};
+use crate::controller::{Controller, EffortLimit, Gains, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
 use crate::drive::motor::Circuit;
 use crate::guide::{Coast, StepForce};
@@ -25,6 +25,7 @@ pub(super) struct Path {
     reference_delay: Option<ReferenceDelay>,
     controller: Option<Controller>,
     gains: Option<Gains>,
+    effort_limit: Option<EffortLimit>,
     amplifier: Amplifier,
     commanded: Commanded,
     /// Share of each step of a period in which the voltage of one period earlier is still applied.
@@ -113,6 +114,7 @@ impl Path {
             has_winding: matches!(constants.circuit, Circuit::Winding { .. }),
             force_constant: constants.force_constant(),
             gains: constants.controller.as_ref().map(|law| law.gains(constants.sample_period_s)),
+            effort_limit: constants.controller.as_ref().and_then(Controller::limit),
             controller: constants.controller,
             amplifier: constants.amplifier,
             velocity_estimate: constants.velocity,
@@ -201,7 +203,8 @@ impl Path {
     /// What the path brings into a [`Front`](super::front::Front), where it fits into one.
     pub fn front(&self) -> Option<Entry> {
         let plain = self.laws.shows_position() && self.noise.is_none() && self.reading_step == 0.0;
-        let direct = self.load_sensor.is_none() && self.reference_delay.is_none();
+        let direct =
+            self.load_sensor.is_none() && self.reference_delay.is_none() && self.effort_limit.is_none();
         let VelocityEstimate::SmoothedDifference { time_constant_s } = self.velocity_estimate else {
             return None;
         };
@@ -256,7 +259,12 @@ impl Path {
             (Some(effort_v), _) => effort_v,
             (None, Some(gains)) => {
                 let input = Input { position_reference, velocity_reference, position: controlled, velocity };
-                gains.effort_v(&mut self.moving.memory, input) + command.disturbance_v
+                let memory = &mut self.moving.memory;
+                let controlled_v = match &self.effort_limit {
+                    None => gains.effort_v(memory, input),
+                    Some(limit) => limit.effort_v(gains, memory, input, self.period_s),
+                };
+                controlled_v + command.disturbance_v
             }
             (None, None) => 0.0,
         };

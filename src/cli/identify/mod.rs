@@ -7,6 +7,7 @@ mod gains;
 mod multisine;
 mod response;
 mod settings;
+mod sweep;
 mod transfer;
 
 use std::process::ExitCode;
@@ -36,6 +37,8 @@ enum Kind {
     Friction(friction::FrictionCommand),
     /// Frequency response of plant, open loop and closed loop, margins and modes
     Response(response::Response),
+    /// Transfer function of a drive from runs of one sine each, its loops open
+    Sweep(Box<sweep::Sweep>),
     /// Write a multisine within the machine's limits as a run to record
     Multisine(multisine::MultisineCommand),
 }
@@ -47,6 +50,7 @@ impl Identify {
             Some(Kind::Gains(gains)) => gains.run(screen),
             Some(Kind::Friction(friction)) => friction.run(screen),
             Some(Kind::Response(response)) => response.run(screen),
+            Some(Kind::Sweep(sweep)) => sweep.run(screen),
             Some(Kind::Multisine(multisine)) => multisine.run(screen),
             None => self.transfer.run(screen),
         }

@@ -37,7 +37,7 @@ pub fn clipping(experiment: &Experiment, machine: &Machine) -> Vec<Finding> {
 }
 
 fn stated(run: &Run, machine: &Machine) -> Option<Finding> {
-    let limit = machine.description().amplifier.voltage_limit_v?;
+    let limit = machine.constants().effort_limit_v()?;
     let effort = run.signal(Signal::ControlEffort)?;
     let clipped = effort.iter().filter(|u| u.abs() >= limit).count() as f64 / effort.len() as f64;
     (clipped > CLIPPED).then(|| {
@@ -45,7 +45,7 @@ fn stated(run: &Run, machine: &Machine) -> Option<Finding> {
             run.name(),
             Check::Clipping,
             format!(
-                "The effort is at the amplifier's limit of {limit} V in {:.1} % of the samples: the loop is open \
+                "The effort is at the stated limit of {limit} V in {:.1} % of the samples: the loop is open \
                  there.",
                 100.0 * clipped
             ),

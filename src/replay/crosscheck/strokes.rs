@@ -126,7 +126,7 @@ fn pushed(machine: &Machine, plant: impl Plant, force: &[f64]) -> Traces {
 /// Time from rest to the feed, s: the machine's own, or a longer one where half of the drive's effort would not do.
 pub fn ramp_s(machine: &Machine, stroke: &Stroke) -> f64 {
     let (description, constants) = (machine.description(), machine.constants());
-    let by_voltage = description.amplifier.voltage_limit_v.map(|limit| limit * constants.force_per_volt());
+    let by_voltage = constants.effort_limit_v().map(|limit| limit * constants.force_per_volt());
     let limits = [Some(machine.solid().joint.effort), by_voltage].into_iter().flatten();
     let effort = limits.filter(|limit| *limit > 0.0).fold(f64::INFINITY, f64::min);
     let needed_s = stroke.feed * constants.moving_mass / (SHARE_OF_EFFORT * effort);

@@ -65,8 +65,10 @@ fn constants(machine: &Machine) -> Vec<(&'static str, f64, EffectId, f64)> {
             Circuit::Winding { force_constant: now, resistance_ohm, .. },
             Circuit::Winding { force_constant: file, .. },
         ) => {
-            let value = (1.0 + tolerance.resistance) * resistance_ohm;
-            list.push(("winding resistance", tolerance.resistance, EffectId::WindingResistance, value));
+            if constants.has_voltage_fed_winding {
+                let value = (1.0 + tolerance.resistance) * resistance_ohm;
+                list.push(("winding resistance", tolerance.resistance, EffectId::WindingResistance, value));
+            }
             now / file
         }
         (Circuit::Direct { force_per_volt: now }, Circuit::Direct { force_per_volt: file }) => now / file,

@@ -5,7 +5,7 @@ use super::super::recorded::Start;
 use super::super::{Recorded, Traces};
 use super::profile::{Profile, Strokes};
 use super::{Numbers, refused};
-use crate::drive::motor::{Circuit, Motor};
+use crate::drive::motor::Circuit;
 use crate::effect::EffectId;
 use crate::error::{ErrorKind, Result};
 use crate::machine::Machine;
@@ -48,9 +48,9 @@ impl Subject {
                 .remedy("state the control law; where it is not known, `slideway diagnose` finds friction from the recorded effort"));
         }
         let position = run.require(Signal::Position)?;
-        let is_winding = matches!(machine.description().motor, Motor::Winding(_));
+        let has_current = machine.description().motor.has_current();
         let forces = [Signal::Thrust, Signal::Current, Signal::ControlEffort].into_iter();
-        let mut forces = forces.filter(|signal| *signal != Signal::Current || is_winding);
+        let mut forces = forces.filter(|signal| *signal != Signal::Current || has_current);
         let force = forces.find(|signal| run.signal(*signal).is_some()).ok_or_else(|| {
             refused(run, ErrorKind::Missing, Signal::ControlEffort.key(run.motion()))
                 .found("a run without effort, current or force")

@@ -32,7 +32,7 @@ pub use identified::{Identified, Model, identified};
 pub use inspected::{machine, recording};
 pub use page::Page;
 pub use replayed::replayed;
-pub use response::{Responded, Response, responded};
+pub use response::{Responded, Response, bode, responded};
 pub use sheet::sheet;
 
 use super::material::Material;

@@ -68,7 +68,7 @@ pub fn responded(found: &Responded, command: &str) -> Page {
     page.section("margins", "Margins", table(&found.margins));
     for response in &found.responses {
         let mut part = Part::default();
-        part.figure(figure(response));
+        part.figure(bode(response));
         page.section(&response.name, &capitalised(&response.title), part);
     }
     let mut modes = table(&found.modes);
@@ -95,7 +95,7 @@ fn decibels(value: f64) -> f64 {
 }
 
 /// Magnitude in dB, phase in degrees, coherence, each with the 95 % band.
-fn figure(response: &Response) -> Figure {
+pub fn bode(response: &Response) -> Figure {
     let Response { title, measured, computed, computed_word, .. } = response;
     let sure: Vec<&Point> = measured.iter().filter(|p| p.coherence >= COHERENT).collect();
     let across = |label: &str| {
