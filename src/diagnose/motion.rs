@@ -234,9 +234,8 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         // No signal tells the motor's effort: what the recorded motion itself must have taken.
         let constants = machine.constants();
         let weight = machine.weight().map_or(0.0, |weight| weight.largest());
-        let need = |(a, v): (&f64, &f64)| {
-            weight + (constants.moving_mass * a).abs() + (constants.viscous * v).abs()
-        };
+        let need =
+            |(a, v): (&f64, &f64)| weight + (constants.moving_mass * a).abs() + (constants.viscous * v).abs();
         let most = screen.acceleration.iter().zip(&screen.velocity).map(need).fold(0.0, f64::max);
         screen.largest_force = most;
     }

@@ -128,9 +128,8 @@ impl Rig {
     /// Weight over the step that the motor alone would end so, along the way that it leaves.
     fn weight_over(&self, coast: Coast) -> StepForce {
         let (position, step_s) = (self.position(), self.step_s());
-        let over = |coast: Coast| {
-            coast.force_over(position, step_s, |place| self.scene.gravity_effort_at(place))
-        };
+        let over =
+            |coast: Coast| coast.force_over(position, step_s, |place| self.scene.gravity_effort_at(place));
         over(coast.under(over(coast)))
     }
 

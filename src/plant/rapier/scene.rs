@@ -35,8 +35,10 @@ pub const STEP_S: f64 = 62.5e-6;
 /// most h·v. A non-finite effort makes position and velocity NaN until the body is placed again.
 ///
 /// A centre of mass off a revolute axis moves along its tangent within the engine's step; the projection back onto the
-/// joint would cost a share ½·ω²·h·m·r²/J of the speed every second. The scene therefore seats such a body anew after
-/// every step: turned by the angle that its speed makes, its centre moving along the new tangent.
+/// joint would cost a share ½·ω²·h·m·r²/J of the speed every second, and the joint gives way to a load across it by 1e-5 of
+/// what that load would do. The scene therefore reads the speed of such a body off its angular momentum about the axis, which
+/// no reaction of the joint changes, and seats it anew after every step: turned by what that speed makes, its centre moving
+/// along the new tangent.
 pub struct Scene {
     pub(super) world: PhysicsWorld,
     pub(super) body: RigidBodyHandle,
@@ -238,9 +240,12 @@ impl Scene {
         body.add_torque(vector(&(rotation * moment)), false);
         let before = (nalgebra_vector(body.linvel()), nalgebra_vector(body.angvel()));
         self.world.step();
-        self.read_joint(angle_before);
         if self.is_off_axis {
+            self.speed = self.momentum(rotation) / self.inertia();
+            self.coordinate += self.dt_s * self.speed;
             self.seat(self.coordinate, self.speed);
+        } else {
+            self.read_joint(angle_before);
         }
         let body = &self.world.bodies[self.body];
         let change = (
@@ -366,6 +371,15 @@ impl Scene {
             }
             Motion::Revolute => Reaction { force_n: -weight, moment_n_m: axis * self.gravity_effort() },
         }
+    }
+
+    /// Angular momentum about the joint's axis, in N·m·s, of a body turned so when it got its velocities.
+    fn momentum(&self, rotation: UnitQuaternion<f64>) -> f64 {
+        let body = &self.world.bodies[self.body];
+        let [linear, angular] = [body.linvel(), body.angvel()]
+            .map(|velocity| rotation.inverse_transform_vector(&nalgebra_vector(velocity)));
+        let moment = self.moving.centre_m.cross(&linear) * self.mass_kg();
+        self.joint.axis.dot(&(self.inertia_about_centre() * angular + moment))
     }
 
     /// Reads coordinate and speed along the joint after a step that began at the angle `angle_before`.
