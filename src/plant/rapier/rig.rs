@@ -126,11 +126,15 @@ impl Rig {
     }
 
     /// Weight over the step that the motor alone would end so, along the way that it leaves.
+    ///
+    /// Its rise is on the speed for less of the drag than its mean is: z/12 of it, z = c·h/m, counts as mean (to first order
+    /// in z).
     fn weight_over(&self, coast: Coast) -> StepForce {
         let (position, step_s) = (self.position(), self.step_s());
         let over =
             |coast: Coast| coast.force_over(position, step_s, |place| self.scene.gravity_effort_at(place));
-        over(coast.under(over(coast)))
+        let StepForce { mean, rise } = over(coast.under(over(coast)));
+        StepForce { mean: mean + rise * self.decay / 12.0, rise }
     }
 
     fn base_velocity(&self) -> f64 {
