@@ -18,7 +18,7 @@ pub struct Motion {
     pub velocity: Vec<f64>,
     /// Acceleration in m/s² or rad/s².
     pub acceleration: Vec<f64>,
-    /// `m·a + c·v − F_motor − F_effects` in N or N·m; empty when no signal tells the motor's effort.
+    /// `m·a + c·v − F_motor − F_weight − F_effects` in N or N·m; empty when no signal tells the motor's effort.
     pub missing_force: Vec<f64>,
     /// Motor effort in N or N·m, smoothed alike.
     pub motor_force: Vec<f64>,
@@ -77,7 +77,7 @@ impl Motion {
         };
         let motor_force = smoothed(motor_force(experiment, &constants));
         let drive_force = smoothed(drive_force(experiment, &constants));
-        let effects = machine.effects();
+        let (effects, weight) = (machine.effects(), machine.weight());
         let lacking = |ripple: bool, forces: &[f64]| -> Vec<f64> {
             let mut base = BaseShare::new(&constants, period);
             let each = forces.iter().enumerate().map(|(k, force)| {
@@ -91,7 +91,8 @@ impl Motion {
                         effect.push(x, v) + rippled - v.signum() * drag
                     })
                     .sum();
-                let driving = force + own - constants.viscous * v;
+                let weight = weight.map_or(0.0, |weight| weight.effort(x));
+                let driving = force + own + weight - constants.viscous * v;
                 constants.moving_mass * acceleration[k] + base.force(driving) - driving
             });
             each.collect()
@@ -232,7 +233,9 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
     if screen.largest_force == 0.0 {
         // No signal tells the motor's effort: what the recorded motion itself must have taken.
         let constants = machine.constants();
-        let need = |(a, v): (&f64, &f64)| (constants.moving_mass * a).abs() + (constants.viscous * v).abs();
+        let weight = machine.weight().map_or(0.0, |weight| weight.largest());
+        let need =
+            |(a, v): (&f64, &f64)| weight + (constants.moving_mass * a).abs() + (constants.viscous * v).abs();
         let most = screen.acceleration.iter().zip(&screen.velocity).map(need).fold(0.0, f64::max);
         screen.largest_force = most;
     }

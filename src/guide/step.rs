@@ -135,6 +135,13 @@ impl Coast {
         share * (self.free_travel - 0.5 * (1.0 - share) * change * step_s)
     }
 
+    /// A force of position over the step, which begins at `position`, taken at the [`GAUSS`] points of the way as it would
+    /// be without friction.
+    pub fn force_over(&self, position: f64, step_s: f64, force: impl Fn(f64) -> f64) -> StepForce {
+        let at = |share: f64| force(position + self.free_travel_until(share, step_s));
+        StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
+    }
+
     /// The same step with a force more that acts whatever the guide does; the motor's own force is not told apart any more.
     #[must_use]
     #[inline(always)]

@@ -21,7 +21,7 @@ use crate::drive::motor::{Circuit, Motor};
 use crate::effect::{Constants, Effect, EffectId};
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::sensor::End;
-use crate::solid::Solid;
+use crate::solid::{Solid, Weight};
 use crate::units::Motion;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -196,6 +196,11 @@ impl Machine {
             velocity: d.encoder.velocity.clone(),
             sample_period_s: d.sample_period_s,
         }
+    }
+
+    /// Weight along the joint with the effects at work; none for a level guide or a part balanced about its axis.
+    pub fn weight(&self) -> Option<Weight> {
+        Weight::of(&self.solid, self.constants().moving_mass)
     }
 
     /// The constants of the twin with its effects at work.

@@ -1,7 +1,8 @@
 //! Loads of the bearing sliders as a linear function of the forces along the joint.
 
-use super::rapier::{GRAVITY_M_PER_S2, Reaction, Supports};
+use super::rapier::{Reaction, Supports};
 use crate::machine::Machine;
+use crate::solid::GRAVITY_M_PER_S2;
 use nalgebra::{Point3, Vector3};
 
 /// Loads of the sliders A–D reduced from the rigid-body scene, for plants that have no scene.
@@ -46,9 +47,11 @@ impl LoadModel {
         };
         // The reaction's moment is the opposite of what the force at `point` exerts about the centre.
         let couple = |point: Point3<f64>| loads(Vector3::zeros(), -(point - centre).cross(&along));
-        let weight = machine.constants().moving_mass * GRAVITY_M_PER_S2;
+        let weight = Vector3::new(0.0, 0.0, machine.constants().moving_mass * GRAVITY_M_PER_S2);
+        let weight = solid.joint.origin.rotation.inverse_transform_vector(&weight);
         Some(Self {
-            at_rest: loads(Vector3::new(0.0, 0.0, weight), Vector3::zeros())?,
+            // Along the joint the guide carries nothing: motor and friction do.
+            at_rest: loads(weight - along * along.dot(&weight), Vector3::zeros())?,
             per_motor_force: couple(attack)?,
             per_guide_force: couple(middle(supports.points()))?,
         })

@@ -22,7 +22,8 @@ use crate::guide::{Coast, StepForce};
 /// A plant: voltage and guide forces in, current, position and velocity of the moving part relative to the base out.
 ///
 /// Forces are positive along the joint's positive direction; each has its equal and opposite reaction on
-/// the base. A step is made by [`coast`](Plant::coast), which looks ahead, then [`advance`](Plant::advance).
+/// the base. Weight along the joint is one of them: the base is counted from where it stands under the weight that it holds
+/// through motor and guide at rest, so that an axis that holds its weight does not set the base ringing. A step is made by [`coast`](Plant::coast), which looks ahead, then [`advance`](Plant::advance).
 pub trait Plant {
     /// Length of one step in s.
     fn step_s(&self) -> f64;
@@ -63,6 +64,12 @@ pub trait Plant {
 
     /// Goes back to a snapshot of the same plant.
     fn restore(&mut self, snapshot: &[f64]);
+
+    /// Whether the plant has the moving part's weight in itself; to one that has not, the twin applies it as a force of the
+    /// guide ([`Weight`](crate::solid::Weight)).
+    fn carries_weight(&self) -> bool {
+        false
+    }
 
     /// Vertical loads of the bearing sliders A–D in N after the last step, where the plant knows them.
     fn slider_loads(&mut self) -> Option<[f64; 4]> {

@@ -11,8 +11,9 @@ use crate::guide::StepForce;
 use crate::machine::Machine;
 use crate::plant::axis::{Axis, LONGEST_STEP_S};
 use crate::plant::mujoco::{Integrator, MujocoRig};
-use crate::plant::rapier::{GRAVITY_M_PER_S2, STEP_S, Scene};
+use crate::plant::rapier::{STEP_S, Scene};
 use crate::plant::{Drive, Plant};
+use crate::solid::GRAVITY_M_PER_S2;
 
 /// Share of the joint's travel, speed and effort that the experiment uses at most.
 const SHARE_OF_LIMITS: f64 = 0.5;
@@ -56,7 +57,7 @@ impl Excitation {
     /// part, as a solid modeller's frame-by-frame simulation yields it.
     ///
     /// # Errors
-    /// A period that is not finite and > 0; what the scene refuses.
+    /// A period that is not finite and > 0; an axis that weight drives along its joint; what the scene refuses.
     pub fn run(&self, machine: &Machine, plant: PlantChoice) -> Result<Excited> {
         if !(self.period_s.is_finite() && self.period_s > 0.0) {
             return Err(Error::new(ErrorKind::OutOfRange)
@@ -64,6 +65,14 @@ impl Excitation {
                 .found(self.period_s.to_string())
                 .expected("a finite number of seconds > 0")
                 .remedy("give for instance 0.025"));
+        }
+        if let Some(weight) = machine.weight() {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .file(machine.file())
+                .key(&machine.solid().joint.name)
+                .found(format!("weight along the joint, up to {:.4} N or N·m", weight.largest()))
+                .expected("a level guide or a part balanced about its axis: it would fall under a force of mean zero")
+                .remedy("identify it in closed loop (slideway identify response), or level the joint in the URDF"));
         }
         let constants = machine.constants();
         let mut random = StdRng::seed_from_u64(self.seed);

@@ -11,6 +11,7 @@ mod import;
 pub mod mass;
 pub mod mesh;
 mod tree;
+mod weight;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,6 +20,7 @@ use nalgebra::{Isometry3, Unit, Vector3};
 
 pub use self::mass::MassProperties;
 pub use self::mesh::Mesh;
+pub use self::weight::{GRAVITY_M_PER_S2, Weight};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::Motion;
 

@@ -237,6 +237,10 @@ impl<P: Plant> Plant for Forged<P> {
         self.inner.restore(inner);
     }
 
+    fn carries_weight(&self) -> bool {
+        self.inner.carries_weight()
+    }
+
     fn slider_loads(&mut self) -> Option<[f64; 4]> {
         self.inner.slider_loads()
     }

@@ -8,6 +8,7 @@ use crate::guide::{Bristle, Coast, GAUSS, StepForce};
 use crate::machine::Machine;
 use crate::plant::LoadModel;
 use crate::sensor::End;
+use crate::solid::Weight;
 
 /// Steps shorter than so many time constants of the current see it bend to second order.
 const FEW_DECAYS: f64 = 0.1;
@@ -24,6 +25,8 @@ pub(super) struct Laws {
     transmissions: Vec<Effect>,
     readings: Vec<Effect>,
     bristle: Option<Bristle>,
+    /// Weight along the joint, where there is any and the plant does not have it in itself.
+    weight: Option<Weight>,
     /// R/L of the winding in 1/s; 0 where there is none.
     winding_rate_per_s: f64,
     /// Coulomb friction per sum of slider loads, and the loads where the plant does not know them.
@@ -31,7 +34,8 @@ pub(super) struct Laws {
 }
 
 impl Laws {
-    pub fn of(machine: &Machine) -> Self {
+    /// The machine's laws; those that a plant which `carries_weight` does not need left out.
+    pub fn of(machine: &Machine, carries_weight: bool) -> Self {
         let acting = machine.effects();
         let through = |door| acting.iter().filter(|e| e.acts_through(door)).cloned().collect::<Vec<_>>();
         let (resistances, constant): (Vec<Effect>, Vec<Effect>) =
@@ -50,6 +54,7 @@ impl Laws {
                 Circuit::Direct { .. } => 0.0,
             },
             bristle: acting.iter().find_map(Effect::bristle),
+            weight: machine.weight().filter(|_| !carries_weight),
             loaded: (coefficient > 0.0)
                 .then(|| LoadModel::of(machine).map(|model| (coefficient, model)))
                 .flatten(),
@@ -59,8 +64,10 @@ impl Laws {
     /// Dry friction in the positive and the negative direction, where nothing else acts on the guide.
     pub fn constant_friction(&self) -> Option<[f64; 2]> {
         let others = [&self.resistances, &self.pushes, &self.ripples];
-        let alone =
-            others.iter().all(|laws| laws.is_empty()) && self.bristle.is_none() && self.loaded.is_none();
+        let alone = others.iter().all(|laws| laws.is_empty())
+            && self.bristle.is_none()
+            && self.loaded.is_none()
+            && self.weight.is_none();
         alone.then_some(self.constant)
     }
 
@@ -111,6 +118,44 @@ impl Laws {
         StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
     }
 
+    /// Weight and dry friction over a step that begins at `position`, see [`friction`](Self::friction).
+    #[inline(always)]
+    pub fn weight_and_friction(
+        &self,
+        coast: Coast,
+        [position, step_s]: [f64; 2],
+        bristle_force: &mut f64,
+        loads: impl FnMut(&LoadModel) -> [f64; 4],
+    ) -> [StepForce; 2] {
+        match &self.weight {
+            None => [StepForce::ZERO, self.friction(coast, step_s, bristle_force, loads)],
+            Some(weight) => self.under_weight(weight, coast, [position, step_s], bristle_force, loads),
+        }
+    }
+
+    /// A weight that depends on position is taken along the way that it and friction leave, in two rounds.
+    #[inline(never)]
+    fn under_weight(
+        &self,
+        weight: &Weight,
+        coast: Coast,
+        [position, step_s]: [f64; 2],
+        bristle_force: &mut f64,
+        mut loads: impl FnMut(&LoadModel) -> [f64; 4],
+    ) -> [StepForce; 2] {
+        let begun = *bristle_force;
+        let mut answer = |pull: StepForce| {
+            *bristle_force = begun;
+            [pull, self.friction(coast.under(pull), step_s, bristle_force, &mut loads)]
+        };
+        if weight.is_constant() {
+            return answer(StepForce::held(weight.effort(position)));
+        }
+        let pull = |coast: Coast| coast.force_over(position, step_s, |place| weight.effort(place));
+        let [first, held] = answer(pull(coast));
+        answer(pull(coast.under(first + held)))
+    }
+
     /// Dry friction of the guide over a step, from the bristles' force at its beginning, which goes on to its end.
     ///
     /// `loads` gives the sliders' loads, asked for only where friction depends on them.
@@ -120,7 +165,7 @@ impl Laws {
         mut coast: Coast,
         step_s: f64,
         bristle_force: &mut f64,
-        loads: impl FnOnce(&LoadModel) -> [f64; 4],
+        mut loads: impl FnMut(&LoadModel) -> [f64; 4],
     ) -> StepForce {
         let mut bristles = StepForce::ZERO;
         if let Some(bristle) = &self.bristle {
@@ -191,7 +236,7 @@ impl Laws {
 /// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown`; every play
 /// begins at its middle.
 pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
-    let laws = Laws::of(machine);
+    let laws = Laws::of(machine, true);
     let place = |&reading: &f64| {
         if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
     };

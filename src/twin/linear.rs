@@ -34,7 +34,8 @@ const LEAST_DAMPING: f64 = 1e-4;
 /// G from commanded voltage to encoder position: [`SampledResponse`] of the reduced axis, effects that alter constants included.
 ///
 /// # Validity
-/// Friction other than viscous, clipping, dead zone, offset, cogging, play, screw and encoder errors and rounding are left out.
+/// Friction other than viscous, clipping, dead zone, offset, cogging, play, screw and encoder errors and rounding are left out,
+/// and so is weight: a constant one moves no frequency, that of a pendulum would act as a spring.
 #[derive(Debug, Clone)]
 pub struct LinearPlant {
     to_voltage: SampledResponse,

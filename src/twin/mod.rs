@@ -93,7 +93,7 @@ pub struct Twin<P> {
 impl<P: Plant> Twin<P> {
     /// The machine's twin on `plant`, whose step must divide the sample period.
     pub fn new(machine: &Machine, plant: P, sensing: Sensing) -> Self {
-        let mut twin = Self { path: Path::new(machine, plant.step_s(), sensing), plant };
+        let mut twin = Self { path: Path::new(machine, &plant, sensing), plant };
         twin.start(0.0, 0.0, 0.0);
         twin
     }

@@ -8,7 +8,7 @@ use crate::drive::amplifier::{Amplifier, SplitDelay};
 use crate::drive::motor::Circuit;
 use crate::guide::{Coast, StepForce};
 use crate::machine::Machine;
-use crate::plant::{Drive, LoadModel};
+use crate::plant::{Drive, LoadModel, Plant};
 use crate::sensor::{CurrentSensor, Encoder, End, LoadSensor, VelocityEstimate, VelocityMemory, rounded};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
@@ -98,8 +98,9 @@ struct Reading {
 }
 
 impl Path {
-    /// The path of a machine around a plant that advances by `step_s`.
-    pub fn new(machine: &Machine, step_s: f64, sensing: Sensing) -> Self {
+    /// The path of a machine around a plant, which gives the length of its steps and whether it has weight in itself.
+    pub fn new(machine: &Machine, plant: &impl Plant, sensing: Sensing) -> Self {
+        let step_s = plant.step_s();
         let description = machine.description();
         let constants = machine.constants();
         let delay = SplitDelay::new(constants.amplifier.delay_s, constants.sample_period_s);
@@ -107,7 +108,7 @@ impl Path {
             reference_delay: ReferenceDelay::new(description.reference.delay_s, constants.sample_period_s),
             commanded: Commanded::steady(delay.periods, 0.0),
             switches: switches(constants.sample_period_s, delay.fraction, step_s),
-            laws: Laws::of(machine),
+            laws: Laws::of(machine, plant.carries_weight()),
             encoder: description.encoder.clone(),
             load_sensor: description.load_sensor.clone(),
             current_sensor: description.current_sensor.clone(),
@@ -306,7 +307,7 @@ impl Path {
         drive: Drive,
         coast: Coast,
         position: f64,
-        loads: impl FnOnce() -> Option<[f64; 4]>,
+        mut loads: impl FnMut() -> Option<[f64; 4]>,
     ) -> [StepForce; 2] {
         let [begin_n, end_n] = coast.motor_force;
         let push = self.laws.push_over(coast, position, self.step_s);
@@ -320,9 +321,12 @@ impl Path {
         let before = self.moving.forces;
         let of_model = |model: &LoadModel| loads().unwrap_or_else(|| model.loads(before));
         let coast = coast.under(ripple + push);
-        let guide = push + self.laws.friction(coast, self.step_s, &mut self.moving.bristle, of_model);
+        let begin = [position, self.step_s];
+        let [weight, friction] =
+            self.laws.weight_and_friction(coast, begin, &mut self.moving.bristle, of_model);
+        let guide = push + friction;
         self.moving.forces = [0.5 * (begin_n + end_n) + ripple.mean, guide.mean];
-        [ripple, guide]
+        [ripple, guide + weight]
     }
 
     #[inline]

@@ -86,7 +86,17 @@ fn links(machine: &Machine, out: &mut dyn Write) -> Result<(), Failure> {
         solid.moving_inertia_along_joint(),
         constants.moving_mass
     )?;
+    writeln!(out, "  weight along the joint {}", weight(machine))?;
     Ok(())
+}
+
+/// Weight along the joint in words.
+fn weight(machine: &Machine) -> String {
+    let Some(weight) = machine.weight() else { return "none".to_owned() };
+    match weight.hanging_rad() {
+        None => format!("{:.4} N at every position", weight.effort(0.0)),
+        Some(hanging) => format!("up to {:.4} N·m, hangs at {hanging:.4} rad", weight.largest()),
+    }
 }
 
 /// Shape, triangles, volume in litres and the density that mass and volume make.

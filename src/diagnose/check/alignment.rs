@@ -153,7 +153,7 @@ fn velocity(machine: &Machine, smoothed: &Smoothed) -> Option<Shift> {
 /// A force behind the motion that it causes.
 fn force(machine: &Machine, smoothed: &Smoothed, signal: Signal) -> Option<Shift> {
     let samples = smoothed.signal(signal)?;
-    let columns = smoothed.motion_columns(&smoothed.moving);
+    let columns = smoothed.motion_columns(machine, &smoothed.moving);
     let mut all = columns.others;
     all.push(columns.acceleration);
     let basis = Basis::of(all);

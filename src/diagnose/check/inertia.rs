@@ -26,7 +26,7 @@ impl Inertia {
     pub fn of(machine: &Machine, smoothed: &Smoothed, signal: Signal) -> Option<Self> {
         let force = force(machine, smoothed, signal)?;
         let y: Vec<f64> = smoothed.moving.iter().map(|k| force[*k]).collect();
-        let columns = smoothed.motion_columns(&smoothed.moving);
+        let columns = smoothed.motion_columns(machine, &smoothed.moving);
         let others = Basis::of(columns.others);
         let mass = Coefficient::of(&columns.acceleration, &others, &y)?;
         let all: Vec<f64> = y.iter().zip(&columns.acceleration).map(|(y, a)| y - mass.value * a).collect();

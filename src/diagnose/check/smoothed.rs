@@ -1,6 +1,7 @@
 //! A run's signals smoothed alike, so that they can be compared sample by sample.
 
 use super::super::experiment::Experiment;
+use crate::machine::Machine;
 use crate::recording::Signal;
 use std::collections::BTreeMap;
 
@@ -67,19 +68,21 @@ impl Smoothed {
 
     /// Acceleration, velocity and direction for either direction, position and a constant at the moving samples:
     /// whatever mass, friction, spring and weight need.
-    pub fn motion_columns(&self, at: &[usize]) -> MotionColumns {
+    pub fn motion_columns(&self, machine: &Machine, at: &[usize]) -> MotionColumns {
         let pick = |value: &dyn Fn(usize) -> f64| at.iter().map(|k| value(*k)).collect::<Vec<f64>>();
         let position = self.signal(Signal::Position).unwrap_or_default();
-        MotionColumns {
-            acceleration: pick(&|k| self.acceleration[k]),
-            others: vec![
-                vec![1.0; at.len()],
-                pick(&|k| self.velocity[k].max(0.0)),
-                pick(&|k| self.velocity[k].min(0.0)),
-                pick(&|k| self.velocity[k].signum()),
-                pick(&|k| position[k]),
-            ],
+        let mut others = vec![
+            vec![1.0; at.len()],
+            pick(&|k| self.velocity[k].max(0.0)),
+            pick(&|k| self.velocity[k].min(0.0)),
+            pick(&|k| self.velocity[k].signum()),
+            pick(&|k| position[k]),
+        ];
+        // A pendulum's weight of any size and place of the centre.
+        if machine.weight().is_some_and(|weight| !weight.is_constant()) {
+            others.extend([pick(&|k| position[k].cos()), pick(&|k| position[k].sin())]);
         }
+        MotionColumns { acceleration: pick(&|k| self.acceleration[k]), others }
     }
 }
 

@@ -77,6 +77,10 @@ fn refusal() -> Error {
 }
 
 impl Plant for MujocoRig {
+    fn carries_weight(&self) -> bool {
+        match *self {}
+    }
+
     fn step_s(&self) -> f64 {
         match *self {}
     }

@@ -11,7 +11,7 @@ use crate::effect::Constants;
 use crate::error::Result;
 use crate::guide::Response;
 use crate::plant::rapier::Reaction;
-use crate::solid::Solid;
+use crate::solid::{Solid, Weight};
 use crate::units::Motion;
 
 /// Coordinate or speed (m, rad, per s) from which on a motion is not stepped any further. MuJoCo's own bound is 1e10; it
@@ -49,6 +49,8 @@ pub(super) struct Engine {
     table: usize,
     attack: Attack,
     inverse_mass: f64,
+    /// Weight along the joint, for the base's share of it.
+    weight: Option<Weight>,
     /// Time by which the engine's coordinates lead the motion.
     lead_s: f64,
 }
@@ -84,10 +86,11 @@ impl Engine {
             Integrator::RungeKutta => 0.0,
             Integrator::Euler => 0.5 * model.opt().timestep,
         };
+        let weight = Weight::of(solid, constants.moving_mass);
         let mut data = MjData::try_new(Box::new(model)).map_err(|e| refusal(solid, &e.to_string()))?;
         // What the compiler derived from the masses is derived anew.
         data.set_const();
-        Ok(Self { data, body, table, attack, inverse_mass: 1.0 / constants.moving_mass, lead_s })
+        Ok(Self { data, body, table, attack, inverse_mass: 1.0 / constants.moving_mass, weight, lead_s })
     }
 
     /// Rest at zero.
@@ -160,8 +163,9 @@ impl Engine {
         self.data.xfrc_applied_mut()[self.body] = wrench;
         // The reaction, as a generalised force: a mode's joint points along the axis, its body turns or moves nothing else.
         let table = self.table;
+        let weight = self.weight.map_or(0.0, |weight| weight.effort(state.q[table]));
         for (dof, force) in self.data.qfrc_applied_mut().iter_mut().enumerate() {
-            *force = if dof == table { 0.0 } else { -(efforts.motor + efforts.guide) };
+            *force = if dof == table { 0.0 } else { -(efforts.motor + efforts.guide + weight) };
         }
     }
 

@@ -18,10 +18,11 @@ use crate::plant::{Drive, Plant, WindingState};
 /// # Model
 /// MuJoCo integrates the driven joint q, the base's modes η_j and the guide's drag as one system:
 /// ```text
-///   m·q̈   = F_motor + F_guide − c·ẋ          x = q − Σ η_j
-///   M_j·(η̈_j + 2ζ_j·ω_j·η̇_j + ω_j²·η_j) = −F_motor − F_guide + c·ẋ
+///   m·q̈   = F_motor + F_guide + W − c·ẋ      x = q − Σ η_j
+///   M_j·(η̈_j + 2ζ_j·ω_j·η̇_j + ω_j²·η_j) = −F_motor − F_guide − W + c·ẋ
 /// ```
-/// The motor's force attacks at its lines of action, the guide's at the middle of the sliders; what follows across the
+/// W is weight along the joint; MuJoCo has it of the moving body, and the modes, which are counted from where they stand under
+/// it, get its opposite. The motor's force attacks at its lines of action, the guide's at the middle of the sliders; what follows across the
 /// joint is the [`reaction`](Self::reaction). The winding lies beside the engine ([`WindingState`]).
 ///
 /// The engine holds forces over a step. What a force that rises within it does beside is added to the state after the step:
@@ -263,6 +264,10 @@ impl Plant for MujocoRig {
                 }
             }
         }
+    }
+
+    fn carries_weight(&self) -> bool {
+        true
     }
 
     fn slider_loads(&mut self) -> Option<[f64; 4]> {

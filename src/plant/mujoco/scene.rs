@@ -8,8 +8,7 @@ use super::{Imported, Integrator, VERSION};
 use crate::base::Mode;
 use crate::effect::Constants;
 use crate::error::{Error, ErrorKind, Result};
-use crate::plant::rapier::GRAVITY_M_PER_S2;
-use crate::solid::Solid;
+use crate::solid::{GRAVITY_M_PER_S2, Solid};
 use crate::units::Motion;
 
 /// Name of the tendon whose length is the axis coordinate.
@@ -26,7 +25,7 @@ pub(super) fn mode_name(number: usize) -> String {
 /// The moving links are one body on the driven joint; the base stands still as MuJoCo's world. Each base mode is a further
 /// body of its modal mass M on a joint of its own along (about) the driven one's axis, with the spring M·ω² and the damper
 /// 2ζω·M. A fixed tendon over the driven joint (+1) and the modes (−1) has the axis coordinate as its length, and the
-/// guide's viscous drag as its damping. Nothing collides, no joint has a limit or friction, no weight pulls at a mode.
+/// guide's viscous drag as its damping. Nothing collides, no joint has a limit or friction, no weight pulls at a mode itself.
 pub(super) fn build(
     solid: &Solid,
     constants: &Constants,

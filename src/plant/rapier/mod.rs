@@ -7,5 +7,5 @@ pub mod scene;
 mod snapshot;
 
 pub use self::loads::{Reaction, SupportLoad, Supports};
-pub use self::rig::{GRAVITY_M_PER_S2, Rig};
+pub use self::rig::Rig;
 pub use self::scene::{STEP_S, Scene};

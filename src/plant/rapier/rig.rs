@@ -6,11 +6,9 @@ use crate::error::Result;
 use crate::guide::{Coast, Response, StepForce};
 use crate::machine::Machine;
 use crate::plant::{Drive, Plant, WindingState};
+use crate::solid::GRAVITY_M_PER_S2;
 use crate::units::Motion;
 use nalgebra::{Point3, Vector3};
-
-/// Standard gravity, downwards along −z of the base frame, in m/s².
-pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
 
 /// The machine's moving part as a rigid body on its joint, over a base that answers with its modes.
 ///
@@ -25,6 +23,10 @@ pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
 /// position within each step by `−rise·h²/12·(1/m + Σ 1/M_j)` (Euler and Maclaurin's correction of the trapezoidal rule by
 /// which velocity becomes way); the rig adds that to the coordinate it reads off the scene.
 ///
+/// Weight is the scene's own. Of a body off a revolute axis it changes within the step, and the engine takes it where its
+/// coordinate stands; the rig adds what the weight's mean over the step, by the scene's mass and centre, differs from that
+/// (second order in the step).
+///
 /// # Validity
 /// Drag acts on the velocity relative to the base, the base's part of it explicitly (the base moves
 /// micrometres). Steps are at most [`STEP_S`] and divide the sample period.
@@ -34,6 +36,9 @@ pub struct Rig {
     base_state: Vec<f64>,
     motor: WindingState,
     motor_force: StepForce,
+    /// Weight along the joint over the step that was looked at; stays zero where there is none.
+    weight: StepForce,
+    has_weight: bool,
     /// What the rises of the forces have moved the position by so far.
     shift: f64,
     response: Response,
@@ -94,6 +99,8 @@ impl Rig {
         Ok(Self {
             motor: WindingState::new(&constants.circuit, step_s),
             motor_force: StepForce::ZERO,
+            weight: StepForce::ZERO,
+            has_weight: machine.weight().is_some(),
             shift: 0.0,
             response,
             mobility,
@@ -116,6 +123,18 @@ impl Rig {
     /// Displacement of the base at the reaction point in m.
     pub fn base_displacement(&self) -> f64 {
         self.base.displacement(&self.base_state)
+    }
+
+    /// Weight over the step that the motor alone would end so, along the way that it leaves.
+    ///
+    /// Its rise is on the speed for less of the drag than its mean is: z/12 of it, z = c·h/m, counts as mean (to first order
+    /// in z).
+    fn weight_over(&self, coast: Coast) -> StepForce {
+        let (position, step_s) = (self.position(), self.step_s());
+        let over =
+            |coast: Coast| coast.force_over(position, step_s, |place| self.scene.gravity_effort_at(place));
+        let StepForce { mean, rise } = over(coast.under(over(coast)));
+        StepForce { mean: mean + rise * self.decay / 12.0, rise }
     }
 
     fn base_velocity(&self) -> f64 {
@@ -161,14 +180,19 @@ impl Plant for Rig {
         let moved = self.base.free_displacement(&self.base_state)
             + self.base.displacement_per_force() * on_base
             - self.base_displacement();
-        Coast {
+        let coast = Coast {
             velocity,
             free_velocity: table - base,
             free_travel: 0.5 * step_s * (self.scene.velocity() + table) - moved
                 + self.response.rise_travel * motor_force.rise,
             motor_force: ends,
             response: self.response,
+        };
+        if !self.has_weight {
+            return coast;
         }
+        self.weight = self.weight_over(coast);
+        Coast { motor_force: ends, ..coast.under(self.weight) }
     }
 
     fn advance(&mut self, motor: StepForce, guide: StepForce) {
@@ -179,13 +203,17 @@ impl Plant for Rig {
             self.scene.apply(share, *point);
         }
         self.scene.apply(guide.mean + self.viscous * self.base_velocity(), self.friction_point);
+        if self.scene.is_off_axis {
+            self.scene.apply(self.weight.mean - self.scene.gravity_effort(), self.friction_point);
+        }
         self.scene.drag(self.viscous, self.friction_point);
         self.scene.step();
         // Mean drag of the step, from the velocities at its two ends.
         let after = self.scene.velocity() - self.base_velocity();
         let drag = self.viscous * 0.5 * (before + after);
-        self.base.advance(&mut self.base_state, drag - motor.mean - guide.mean);
-        self.shift += self.response.rise_travel * (motor.rise + guide.rise);
+        let StepForce { mean, rise } = self.weight;
+        self.base.advance(&mut self.base_state, drag - motor.mean - guide.mean - mean);
+        self.shift += self.response.rise_travel * (motor.rise + guide.rise + rise);
         self.motor.advance();
     }
 
@@ -216,6 +244,10 @@ impl Plant for Rig {
             false
         };
         debug_assert!(fits, "snapshot of another plant");
+    }
+
+    fn carries_weight(&self) -> bool {
+        true
     }
 
     fn slider_loads(&mut self) -> Option<[f64; 4]> {

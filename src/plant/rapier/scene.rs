@@ -34,9 +34,11 @@ pub const STEP_S: f64 = 62.5e-6;
 /// nothing is ever in contact. Finite position limits act as hard, inelastic end stops, passed by at
 /// most h·v. A non-finite effort makes position and velocity NaN until the body is placed again.
 ///
-/// A revolute joint is as exact as a prismatic one for a balanced rotor: centre of mass on the axis, axis
-/// principal. Otherwise the engine's projection costs a share of the order ω²·h of the speed every second
-/// (ω²·h·m·r²/J for a centre of mass at distance r).
+/// A centre of mass off a revolute axis moves along its tangent within the engine's step; the projection back onto the
+/// joint would cost a share ½·ω²·h·m·r²/J of the speed every second, and the joint gives way to a load across it by 1e-5 of
+/// what that load would do. The scene therefore reads the speed of such a body off its angular momentum about the axis, which
+/// no reaction of the joint changes, and seats it anew after every step: turned by what that speed makes, its centre moving
+/// along the new tangent.
 pub struct Scene {
     pub(super) world: PhysicsWorld,
     pub(super) body: RigidBodyHandle,
@@ -46,6 +48,8 @@ pub struct Scene {
     payload: f64,
     gravity: Vector3<f64>,
     dt_s: f64,
+    /// Whether the centre of mass lies off a revolute axis by more than rounding.
+    pub(super) is_off_axis: bool,
     pub(super) pending: Pending,
     pub(super) coordinate: f64,
     speed: f64,
@@ -103,6 +107,7 @@ impl Scene {
             payload: 0.0,
             gravity: gravity_m_per_s2,
             dt_s,
+            is_off_axis: is_off_axis(solid),
             pending: Pending::default(),
             coordinate: 0.0,
             speed: 0.0,
@@ -235,6 +240,13 @@ impl Scene {
         body.add_torque(vector(&(rotation * moment)), false);
         let before = (nalgebra_vector(body.linvel()), nalgebra_vector(body.angvel()));
         self.world.step();
+        if self.is_off_axis {
+            self.speed = self.momentum(rotation) / self.inertia();
+            self.coordinate += self.dt_s * self.speed;
+            self.seat(self.coordinate, self.speed);
+        } else {
+            self.read_joint(angle_before);
+        }
         let body = &self.world.bodies[self.body];
         let change = (
             rotation.inverse_transform_vector(&(nalgebra_vector(body.linvel()) - before.0)) / self.dt_s,
@@ -248,22 +260,29 @@ impl Scene {
             force_n: change.0 * self.mass_kg() - force - weight,
             moment_n_m: inertia * change.1 + spin.cross(&(inertia * spin)) - moment,
         };
-        self.read_joint(angle_before);
     }
 
     /// Places the moving body at a joint position with a velocity along the joint.
     pub fn place(&mut self, position: f64, velocity: f64) {
-        let axis = self.joint.axis;
         self.coordinate = position + 0.5 * self.dt_s * velocity;
         self.speed = velocity;
+        self.seat(self.coordinate, velocity);
+        self.pending = Pending::default();
+        self.read_speed();
+        self.reaction = self.reaction_at_rest();
+    }
+
+    /// Puts the engine's body where the joint holds it at a coordinate with a velocity.
+    fn seat(&mut self, coordinate: f64, velocity: f64) {
+        let axis = self.joint.axis;
         let along = axis.into_inner();
         let (motion, linear, angular) = match self.joint.motion {
             Motion::Prismatic => {
-                let motion = Isometry3::from(Translation3::from(along * self.coordinate));
+                let motion = Isometry3::from(Translation3::from(along * coordinate));
                 (motion, along * velocity, Vector3::zeros())
             }
             Motion::Revolute => {
-                let turned = UnitQuaternion::from_axis_angle(&axis, self.coordinate);
+                let turned = UnitQuaternion::from_axis_angle(&axis, coordinate);
                 let linear = turned * (along * velocity).cross(&self.moving.centre_m);
                 (Isometry3::from_parts(Translation3::identity(), turned), linear, along * velocity)
             }
@@ -273,9 +292,6 @@ impl Scene {
         body.set_position(pose(&(self.joint.origin * motion)), true);
         body.set_linvel(vector(&(rotation * linear)), true);
         body.set_angvel(vector(&(rotation * angular)), true);
-        self.pending = Pending::default();
-        self.read_speed();
-        self.reaction = self.reaction_at_rest();
     }
 
     fn mass_kg(&self) -> f64 {
@@ -322,13 +338,26 @@ impl Scene {
         self.apply(share * (other - c * self.speed) - other, at);
     }
 
-    /// Effort of gravity along the joint.
-    fn gravity_effort(&self) -> f64 {
+    /// Effort of gravity along the joint where the engine takes it in the coming step: at the integrated coordinate.
+    pub fn gravity_effort(&self) -> f64 {
+        self.gravity_along(self.pose().rotation)
+    }
+
+    /// Effort of gravity along the joint at a position.
+    pub fn gravity_effort_at(&self, position: f64) -> f64 {
+        let turned = match self.joint.motion {
+            Motion::Prismatic => UnitQuaternion::identity(),
+            Motion::Revolute => UnitQuaternion::from_axis_angle(&self.joint.axis, position),
+        };
+        self.gravity_along(self.joint.origin.rotation * turned)
+    }
+
+    fn gravity_along(&self, rotation: UnitQuaternion<f64>) -> f64 {
         let axis = self.joint.origin.rotation * self.joint.axis.into_inner();
         let weight = self.gravity * self.mass_kg();
         match self.joint.motion {
             Motion::Prismatic => weight.dot(&axis),
-            Motion::Revolute => (self.pose().rotation * self.moving.centre_m).cross(&weight).dot(&axis),
+            Motion::Revolute => (rotation * self.moving.centre_m).cross(&weight).dot(&axis),
         }
     }
 
@@ -342,6 +371,15 @@ impl Scene {
             }
             Motion::Revolute => Reaction { force_n: -weight, moment_n_m: axis * self.gravity_effort() },
         }
+    }
+
+    /// Angular momentum about the joint's axis, in N·m·s, of a body turned so when it got its velocities.
+    fn momentum(&self, rotation: UnitQuaternion<f64>) -> f64 {
+        let body = &self.world.bodies[self.body];
+        let [linear, angular] = [body.linvel(), body.angvel()]
+            .map(|velocity| rotation.inverse_transform_vector(&nalgebra_vector(velocity)));
+        let moment = self.moving.centre_m.cross(&linear) * self.mass_kg();
+        self.joint.axis.dot(&(self.inertia_about_centre() * angular + moment))
     }
 
     /// Reads coordinate and speed along the joint after a step that began at the angle `angle_before`.
@@ -390,4 +428,15 @@ impl Scene {
     pub fn row_impulses(&self) -> [f64; 6] {
         self.world.impulse_joints.get(self.link).map_or([0.0; 6], |j| std::array::from_fn(|i| j.impulses[i]))
     }
+}
+
+/// Share of the radius of gyration by which a centre of mass may lie off a revolute axis and count as on it.
+const CENTRED: f64 = 1e-12;
+
+/// Whether a body turns about another axis than through its centre of mass.
+fn is_off_axis(solid: &Solid) -> bool {
+    let (body, axis) = (&solid.moving.mass, solid.joint.axis.into_inner());
+    let across_m = axis.cross(&body.centre_m).norm();
+    let gyration_m = (solid.moving_inertia_along_joint() / body.mass_kg).sqrt();
+    solid.joint.motion == Motion::Revolute && across_m > CENTRED * gyration_m
 }

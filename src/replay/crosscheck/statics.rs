@@ -7,9 +7,9 @@ use crate::guide::StepForce;
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
 use crate::plant::mujoco::{self, MujocoRig};
-use crate::plant::rapier::{GRAVITY_M_PER_S2, Rig, STEP_S, Scene};
+use crate::plant::rapier::{Rig, STEP_S, Scene};
 use crate::plant::{Drive, LoadModel, Plant, Resonance};
-use crate::solid::MassProperties;
+use crate::solid::{GRAVITY_M_PER_S2, MassProperties};
 use crate::units::Motion;
 use nalgebra::{Point3, Vector3};
 

@@ -102,9 +102,9 @@ impl Planned {
     /// Force (torque) by which mass and drag follow the reference, held from sample to sample.
     ///
     /// # Model
-    /// `F = m·(v[k+1] − v[k])/T + c·v[k]`, v the backward difference of the reference.
+    /// `F = m·(v[k+1] − v[k])/T + c·v[k] − W(x[k])`, v the backward difference of the reference, W weight along the joint.
     fn force(&self, machine: &Machine) -> Vec<f64> {
-        let constants = machine.constants();
+        let (constants, weight) = (machine.constants(), machine.weight());
         let (x, period_s) = (&self.reference, constants.sample_period_s);
         let at = |k: usize| x[k.min(x.len() - 1)];
         let velocity = |k: usize| (at(k) - at(k.saturating_sub(1))) / period_s;
@@ -112,6 +112,7 @@ impl Planned {
             .map(|k| {
                 constants.moving_mass * (velocity(k + 1) - velocity(k)) / period_s
                     + constants.viscous * velocity(k)
+                    - weight.map_or(0.0, |weight| weight.effort(at(k)))
             })
             .collect()
     }

@@ -129,7 +129,10 @@ fn loads(machine: &Machine, traces: &Traces, period_s: f64) -> Vec<[f64; 4]> {
     let Some(model) = LoadModel::of(machine) else { return Vec::new() };
     let half = ((HALF_WIDTH_S / period_s).round() as usize).max(3);
     let [.., acceleration] = smooth(&traces.position, half, period_s);
-    let mass = machine.constants().moving_mass;
-    let pairs = traces.thrust.iter().zip(&acceleration);
-    pairs.map(|(thrust, a)| model.loads([*thrust, mass * a - thrust])).collect()
+    let (mass, weight) = (machine.constants().moving_mass, machine.weight());
+    let guide = |k: usize| {
+        let weight = weight.map_or(0.0, |weight| weight.effort(traces.position[k]));
+        mass * acceleration[k] - traces.thrust[k] - weight
+    };
+    (0..traces.thrust.len()).map(|k| model.loads([traces.thrust[k], guide(k)])).collect()
 }

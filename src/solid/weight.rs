@@ -1,0 +1,94 @@
+//! Weight of the moving body, as an effort along the joint.
+
+use super::Solid;
+use crate::units::Motion;
+use nalgebra::Vector3;
+
+/// Standard gravity, downwards along −z of the base's frame, in m/s².
+pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
+
+/// Share of the weight (of the weight at the radius of gyration) up to which an effort along the joint is rounding of the
+/// solid model: a level guide, a balanced disc.
+const ROUNDING: f64 = 1e-12;
+
+/// The effort that gravity exerts along the joint, as a function of the joint's position.
+///
+/// # Model
+/// With the joint's axis a, the centre of mass c of the moving body from a point on the axis at q = 0, its part c⊥ across the
+/// axis, and gravity g, all in the joint's frame:
+/// ```text
+///   prismatic   W    = m·g·a                                          N
+///   revolute    W(q) = a·(c(q) × m·g) = m·(g·(a × c⊥)·cos q − g·c⊥·sin q)      N·m
+/// ```
+/// for c(q) = c⊥·cos q + (a × c⊥)·sin q + a·(a·c). Positive along (about) the joint's positive direction: a part that weight
+/// pulls towards larger q has W > 0. The base's frame is that of the URDF's root link with z upwards:
+/// g = −9.80665 m/s² · z.
+///
+/// # Validity
+/// The base stands still and level as its URDF says. Of a prismatic axis m is the whole moving mass, payload included; the
+/// payload of a revolute axis is an inertia without a lever and has no weight here.
+///
+/// # Source
+/// Siciliano, Sciavicco, Villani, Oriolo (2009), *Robotics*, ch. 7: the gravity term g(q) of the equations of motion, −W
+/// here.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Weight {
+    constant: f64,
+    by_cosine: f64,
+    by_sine: f64,
+}
+
+impl Weight {
+    /// Weight along the joint of a body with the solid model's mass and centre, on a prismatic joint with `moving_mass_kg`
+    /// instead; none where there is nothing beyond rounding.
+    pub fn of(solid: &Solid, moving_mass_kg: f64) -> Option<Self> {
+        let down = Vector3::new(0.0, 0.0, -GRAVITY_M_PER_S2);
+        let gravity = solid.joint.origin.rotation.inverse_transform_vector(&down);
+        let axis = solid.joint.axis.into_inner();
+        let (weight, least) = match solid.joint.motion {
+            Motion::Prismatic => {
+                let constant = moving_mass_kg * gravity.dot(&axis);
+                (Self { constant, by_cosine: 0.0, by_sine: 0.0 }, moving_mass_kg * GRAVITY_M_PER_S2)
+            }
+            Motion::Revolute => {
+                let body = &solid.moving.mass;
+                let across = body.centre_m - axis * axis.dot(&body.centre_m);
+                let weight = Self {
+                    constant: 0.0,
+                    by_cosine: body.mass_kg * gravity.dot(&axis.cross(&across)),
+                    by_sine: -body.mass_kg * gravity.dot(&across),
+                };
+                let gyration_m = (solid.moving_inertia_along_joint() / body.mass_kg).sqrt();
+                (weight, body.mass_kg * GRAVITY_M_PER_S2 * gyration_m)
+            }
+        };
+        (weight.largest() > ROUNDING * least).then_some(weight)
+    }
+
+    /// Effort at a position of the joint, in N or N·m.
+    #[inline]
+    pub fn effort(&self, position: f64) -> f64 {
+        if self.is_constant() {
+            return self.constant;
+        }
+        let (sine, cosine) = position.sin_cos();
+        self.by_cosine * cosine + self.by_sine * sine
+    }
+
+    /// Whether it is the same at every position: that of a prismatic axis.
+    #[inline]
+    pub fn is_constant(&self) -> bool {
+        self.constant != 0.0
+    }
+
+    /// Largest magnitude over all positions, in N or N·m.
+    pub fn largest(&self) -> f64 {
+        self.constant.abs().max(self.by_cosine.hypot(self.by_sine))
+    }
+
+    /// The position about which a revolute axis hangs at rest, in rad from −π to π; none for a prismatic axis.
+    pub fn hanging_rad(&self) -> Option<f64> {
+        // W(q) = A·sin(q₀ − q) with A > 0.
+        (!self.is_constant()).then(|| self.by_cosine.atan2(-self.by_sine))
+    }
+}
