@@ -6,9 +6,10 @@ use nalgebra::{Point3, Vector3};
 use slideway::guide::StepForce;
 use slideway::machine::Machine;
 use slideway::plant::axis::{Axis, LANES};
-use slideway::plant::rapier::{GRAVITY_M_PER_S2, Rig, STEP_S, Scene};
+use slideway::plant::rapier::{Rig, STEP_S, Scene};
 use slideway::plant::{Drive, Plant};
 use slideway::replay::{Motion, Stroke, Traces, follow, run};
+use slideway::solid::GRAVITY_M_PER_S2;
 use slideway::twin::{Batch, Command, Driven, Sensing, Twin};
 use std::path::Path;
 

@@ -24,6 +24,7 @@ pub use controller_run::controller_run;
 pub use feedforward::Feedforward;
 pub use figures::{Figures, SETTLING_BAND};
 pub use recorded::Recorded;
+use simulation::check_travel;
 pub use simulation::{PlantChoice, planned_reference, run_seed, simulate};
 pub use stroke::{Motion, Stroke};
 pub use together::run_together;
