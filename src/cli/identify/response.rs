@@ -188,7 +188,8 @@ impl Response {
         let direct = measured(runs, self.of.into(), self.resolution);
         let (response, how) = match (direct, &computed.looped) {
             (Err(error), Some(looped)) if self.of == Of::OpenLoop && error.kind() == ErrorKind::Missing => {
-                let plant = measured(runs, Part::Plant, self.resolution).map_err(|_| error)?;
+                let plant = measured(runs, Part::Plant, self.resolution)
+                    .map_err(|own| if own.kind() == ErrorKind::OutOfRange { own } else { error })?;
                 (plant.times(|f| looped.feedback(f)), ", plant measured, controller as stated")
             }
             (direct, _) => (direct?, ""),
