@@ -1,12 +1,15 @@
 //! Weight along the joint: closed forms of falling, swinging and sticking, and the plants against each other.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+mod strokes;
+
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fs;
 use std::path::Path;
 
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
+use slideway::diagnose::{Options, Verdict, diagnose};
 use slideway::error::ErrorKind;
 use slideway::machine::Machine;
 use slideway::plant::Plant;
@@ -14,10 +17,12 @@ use slideway::plant::axis::Axis;
 #[cfg(feature = "mujoco")]
 use slideway::plant::mujoco::MujocoRig;
 use slideway::plant::rapier::Rig;
+use slideway::recording::Role;
 use slideway::replay::excitation::Excitation;
 use slideway::replay::{Motion, PlantChoice, Stroke, Traces, follow, run, run_together, simulate};
 use slideway::solid::{GRAVITY_M_PER_S2, Solid};
 use slideway::twin::{Command, Driven, Sensing, Twin};
+use strokes::Strokes;
 use tempfile::TempDir;
 
 /// Rounding of some 10⁴ additions of numbers around 1.
@@ -530,5 +535,36 @@ fn exact_a_simulated_stroke_holds_the_weight_before_it_begins() {
     let weight = machine.weight().unwrap().effort(0.0);
     for (position, thrust) in traces.position.iter().zip(&traces.thrust) {
         assert!(position.abs() < 1e-9 && (thrust / weight + 1.0).abs() < 1e-6, "{position:e} m, {thrust} N");
+    }
+}
+
+// ---- diagnosis -----------------------------------------------------------------------------------
+
+/// Weight is part of the solid model: a tilted table with nothing hidden has no gap, and hidden friction is named as such,
+/// not as a spring or a constant force.
+#[test]
+fn exact_a_diagnosis_on_a_slope_is_undisturbed_by_weight() {
+    let machine = tilted_worktable(0.03);
+    for hidden in [0.0, 15.0] {
+        let real = match hidden {
+            0.0 => machine.clone(),
+            force => with(&machine, &[("effect.coulomb_friction.force_n", force)]),
+        };
+        let strokes = Strokes { plant: PlantChoice::Rapier, ..Strokes::both_ways(&machine, &real, 5) };
+        let cells = [
+            (0.03, 8.0, Role::Training),
+            (0.05, 16.0, Role::Training),
+            (0.02, 8.0, Role::HeldOut),
+            (0.03, 16.0, Role::HeldOut),
+        ];
+        let found = diagnose(&machine, &strokes.recording(&cells), &Options::default()).unwrap();
+        let named: Vec<&str> = found.causes.iter().map(|cause| cause.effect.as_str()).collect();
+        if hidden == 0.0 {
+            assert_eq!((found.verdict, named), (Verdict::NoGap, vec![]));
+        } else {
+            assert_eq!((found.verdict, named), (Verdict::Cause, vec!["coulomb_friction"]));
+            let force = found.causes[0].parameters["force_n"].value;
+            assert!((force / hidden - 1.0).abs() < 0.01, "{force}");
+        }
     }
 }
