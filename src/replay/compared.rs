@@ -25,7 +25,7 @@ const PERIOD_AGREEMENT: f64 = 1e-6;
 /// How far a predicted signal is off the recorded one, in SI.
 ///
 /// # Model
-/// e[k] = recorded[k] − predicted[k], k = 1 … N, r̄ = mean of the recorded signal:
+/// e(k) = recorded(k) − predicted(k), k = 1 … N, r̄ = mean of the recorded signal:
 /// ```text
 ///   MAE = Σ|e|/N     RMS = √(Σe²/N)     peak = max|e|     R² = 1 − Σe²/Σ(recorded − r̄)²
 /// ```
