@@ -12,7 +12,7 @@ use slideway::plant::axis::Axis;
 use slideway::recording::{Existing, Format, Recording, Run, Signal};
 use slideway::replay::compared::DrivenBy;
 use slideway::replay::recording::recorded;
-use slideway::replay::{Cell, Compared, Feedforward, Motion, PlantChoice, Recorded, Traces, simulate};
+use slideway::replay::{Cell, Compared, Feedforward, Motion, PlantChoice, Recorded, simulate};
 use slideway::twin::Sensing;
 use tempfile::TempDir;
 
@@ -238,10 +238,9 @@ fn exact_stated_feedforward_is_replayed() {
     let run = &recording.runs()[0];
     let reference = run.signal(Signal::PositionReference).unwrap();
     let forward = Feedforward { mass_kg: 51.0, viscous_n_s_per_m: 300.0, ..Feedforward::default() };
-    let along = Recorded::along(run, reference).unwrap();
+    let along = Recorded::along(run, reference, &machine).unwrap();
     let real = forward.replay(&along, &machine, Axis::of(&machine.constants()), Sensing::Perfect);
-    let traces = Traces { effort_v: real.feedback_v(), ..real.traces };
-    let mut told = recorded("forward", &machine, reference, traces).unwrap();
+    let mut told = recorded("forward", &machine, reference, real.traces).unwrap();
     let plain = Compared::of(&told, &machine, PlantChoice::Axis).unwrap();
     assert!(plain.of_signal(Signal::Position).unwrap().rms > 1e-4, "{:?}", plain.agreement);
     told.metadata.insert("feedforward".to_owned(), toml::Value::try_from(forward).unwrap());

@@ -31,6 +31,7 @@ fn pdf() -> Pdf {
         velocity_units_per_si: 1000.0,
         position_gain_per_s: 6.5,
         velocity_feedforward: 0.7,
+        filter: Vec::new(),
     }
 }
 
@@ -42,6 +43,7 @@ fn cascade(integral: f64) -> Cascade {
         velocity_feedforward: 0.4,
         effort_limit_v: None,
         anti_windup: AntiWindup::None,
+        filter: Vec::new(),
     }
 }
 
@@ -119,7 +121,7 @@ proptest! {
             velocity_integral_per_s: b * other.velocity_integral_per_s,
             position_gain_per_s: c * other.position_gain_per_s,
             velocity_feedforward: d * other.velocity_feedforward,
-            ..other
+            ..other.clone()
         };
         let truth = [
             real.velocity_gain_v_s_per_m,

@@ -17,9 +17,10 @@ use slideway::plant::axis::Axis;
 #[cfg(feature = "mujoco")]
 use slideway::plant::mujoco::MujocoRig;
 use slideway::plant::rapier::Rig;
-use slideway::recording::Role;
+use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::excitation::Excitation;
-use slideway::replay::{Motion, PlantChoice, Stroke, Traces, follow, run, run_together, simulate};
+use slideway::replay::recording::recorded;
+use slideway::replay::{Motion, PlantChoice, Recorded, Stroke, Traces, follow, run, run_together, simulate};
 use slideway::solid::{GRAVITY_M_PER_S2, Solid};
 use slideway::twin::{Command, Driven, Sensing, Twin};
 use strokes::Strokes;
@@ -111,14 +112,7 @@ fn mujoco(machine: &Machine) -> Twin<MujocoRig> {
     Twin::new(machine, MujocoRig::new(machine).unwrap(), Sensing::Perfect)
 }
 
-const NO_FORCE: Command = Command {
-    position_reference: 0.0,
-    velocity_reference: 0.0,
-    disturbance_v: 0.0,
-    effort_v: None,
-    thrust: Some(0.0),
-    thrust_rise: 0.0,
-};
+const NO_FORCE: Command = Command { thrust: Some(0.0), ..Command::follow(0.0, 0.0) };
 
 /// Positions and velocities at the samples, motor without force, from a position with a velocity.
 fn left_alone<P: Plant>(twin: &mut Twin<P>, [position, velocity]: [f64; 2], seconds: f64) -> Vec<[f64; 2]> {
@@ -231,11 +225,16 @@ fn exact_a_tilted_table_falls_by_the_sine_of_its_slope() {
 /// elliptic integral of the first kind.
 fn period(amplitude: f64) -> f64 {
     let [mass, length, inertia] = ARM;
+    period_of(amplitude, inertia, mass * GRAVITY_M_PER_S2 * length)
+}
+
+/// The same of an inertia that hangs with a torque of `weight_nm` at right angles.
+fn period_of(amplitude: f64, inertia: f64, weight_nm: f64) -> f64 {
     let (mut a, mut b) = (1.0, (0.5 * amplitude).cos());
     for _ in 0..8 {
         (a, b) = (0.5 * (a + b), f64::sqrt(a * b));
     }
-    TAU * (inertia / (mass * GRAVITY_M_PER_S2 * length)).sqrt() / a
+    TAU * (inertia / weight_nm).sqrt() / a
 }
 
 /// Times at which the arm passes its lowest place, by the parabola between two samples.
@@ -293,6 +292,89 @@ fn exact_period_and_energy_of_a_pendulum_at_any_amplitude() {
     assert_swings(|| rapier(&machine), "rapier");
     #[cfg(feature = "mujoco")]
     assert_swings(|| mujoco(&machine), "MuJoCo");
+}
+
+// ---- payload at a lever ---------------------------------------------------------------------------
+
+/// 0.5 kg at 0.3 m that hangs at a quarter turn, with 0.004 kg·m² about its own centre.
+const LEVER: [(&str, f64); 4] = [
+    ("effect.payload.inertia_kg_m2", 0.004),
+    ("effect.payload.lever_mass_kg", 0.5),
+    ("effect.payload.lever_m", 0.3),
+    ("effect.payload.hangs_at_rad", FRAC_PI_2),
+];
+
+/// Inertia about the axis, weight at right angles and place of rest of the arm with that payload, by vectors.
+fn loaded_arm() -> [f64; 3] {
+    let [mass, length, inertia] = ARM;
+    let [own, carried] = [mass * GRAVITY_M_PER_S2 * length, 0.5 * GRAVITY_M_PER_S2 * 0.3];
+    [inertia + 0.004 + 0.5 * 0.3 * 0.3, own.hypot(carried), carried.atan2(own)]
+}
+
+#[test]
+fn exact_a_payload_at_a_lever_weighs_where_it_hangs() {
+    let bare = read(&pendulum(), DIRECT);
+    let machine = with(&bare, &LEVER);
+    let [inertia, most, rest] = loaded_arm();
+    assert!((machine.constants().moving_mass / inertia - 1.0).abs() < ROUNDING);
+    let weight = machine.weight().unwrap();
+    assert!(
+        (weight.hanging_rad().unwrap() - rest).abs() < ROUNDING
+            && (weight.largest() / most - 1.0).abs() < ROUNDING
+    );
+    for position in [-2.0, 0.0, 0.7, 3.0] {
+        assert!((weight.effort(position) - most * f64::sin(rest - position)).abs() < ROUNDING, "{position}");
+    }
+    // Without a place of its own it hangs where the arm does; without a mass at the lever nothing changes.
+    let along = with(&bare, &LEVER[..3]).weight().unwrap();
+    assert!(along.hanging_rad().unwrap().abs() < ROUNDING);
+    assert!((along.largest() - (2.0 * 0.15 + 0.5 * 0.3) * GRAVITY_M_PER_S2).abs() < ROUNDING);
+    assert_eq!(with(&bare, &LEVER[..1]).weight(), bare.weight());
+}
+
+fn assert_loaded_swings<P: Plant>(mut twin: Twin<P>, name: &str) {
+    let [inertia, most, rest] = loaded_arm();
+    let states: Vec<[f64; 2]> = left_alone(&mut twin, [rest + 2.0, 0.0], 5.0)
+        .iter()
+        .map(|[angle, speed]| [angle - rest, *speed])
+        .collect();
+    let passed = passes(&states);
+    let last = passed.len() - 1;
+    assert!(last > 4);
+    let found = passed[last] / (0.25 + 0.5 * last as f64) / period_of(2.0, inertia, most) - 1.0;
+    let energy = |[angle, speed]: &[f64; 2]| 0.5 * inertia * speed * speed + most * (1.0 - angle.cos());
+    let lost = states.iter().map(|s| (energy(s) / energy(&states[0]) - 1.0).abs()).fold(0.0, f64::max);
+    println!("{name} with payload: period off by {found:.1e}, energy by {lost:.1e}");
+    assert!(found.abs() < PERIOD && lost < ENERGY, "{name}: {found:e}, {lost:e}");
+}
+
+/// Released two radians from where it rests, the loaded arm swings with the period of Gauss' form on either plant.
+#[test]
+fn exact_a_pendulum_swings_with_its_payload() {
+    let machine = with(&read(&pendulum(), DIRECT), &LEVER);
+    assert_loaded_swings(axis(&machine), "axis");
+    assert_loaded_swings(rapier(&machine), "rapier");
+}
+
+#[test]
+fn exact_a_lever_that_means_nothing_is_refused() {
+    let refused = |machine: &Machine, settings: &[(&str, f64)], words: &str| {
+        let settings = settings.iter().map(|(key, value)| (*key, toml::Value::Float(*value)));
+        let error = machine.with_settings(settings).unwrap_err();
+        let (text, key) = (error.to_string(), error.key_name().unwrap_or_default());
+        assert!(key.starts_with("effect.payload") && text.contains(words), "{text}");
+    };
+    refused(&read(&slide(0.3), DIRECT), &LEVER, "slides");
+    let balanced = read(&pendulum().replace("0 0.04 -0.15", "0 0.04 0"), DIRECT);
+    assert_eq!(balanced.weight(), None);
+    refused(&balanced, &LEVER[..3], "balanced");
+    assert!((with(&balanced, &LEVER).weight().unwrap().hanging_rad().unwrap() - FRAC_PI_2).abs() < ROUNDING);
+    let arm = read(&pendulum(), DIRECT);
+    refused(&arm, &[LEVER[0], LEVER[2]], "lever_mass_kg");
+    refused(&arm, &LEVER[..2], "lever_m");
+    refused(&arm, &[LEVER[0], ("effect.payload.lever_mass_kg", -3.0), LEVER[2], LEVER[3]], "mass");
+    #[cfg(feature = "mujoco")]
+    assert_eq!(MujocoRig::new(&with(&arm, &LEVER)).err().unwrap().key_name(), Some("effect.payload.lever_m"));
 }
 
 // ---- sticking ------------------------------------------------------------------------------------
@@ -565,6 +647,81 @@ fn exact_a_diagnosis_on_a_slope_is_undisturbed_by_weight() {
             assert_eq!((found.verdict, named), (Verdict::Cause, vec!["coulomb_friction"]));
             let force = found.causes[0].parameters["force_n"].value;
             assert!((force / hidden - 1.0).abs() < 0.01, "{force}");
+        }
+    }
+}
+
+/// A pendulum with an integrator, held out level at first: there, back, and down.
+fn held_out(machine: &Machine, name: &str, [travel, lead_s]: [f64; 2], seed: u64, role: Role) -> Run {
+    let there = Stroke::new(travel, 3.0).unwrap();
+    let strokes = vec![there, Stroke { stroke: -travel, ..there }, Stroke { stroke: -0.5 * travel, ..there }];
+    let motion = Motion { strokes, lead_s, dwell_s: 0.2, ramp_s: 0.1 };
+    let period = machine.description().sample_period_s;
+    let reference: Vec<f64> = motion.reference(period).iter().map(|x| 1.2 + x).collect();
+    let traces =
+        simulate(machine, PlantChoice::Axis, Sensing::AsStated { seed }, &reference, |_| ()).unwrap();
+    let mut run = recorded(name, machine, &reference, traces).unwrap();
+    run.role = Some(role);
+    run
+}
+
+fn integrating(noise_rad: &str) -> Machine {
+    let parts = CASCADE
+        .replace("velocity_gain", "velocity_integral_per_s = 15.0\nvelocity_gain")
+        .replace("noise_rad = 0.0", &format!("noise_rad = {noise_rad}"));
+    read(&pendulum(), &parts)
+}
+
+/// A pendulum with Coulomb friction hidden: friction is named, and no spring in the place of its weight.
+#[test]
+fn exact_a_diagnosis_of_a_pendulum_is_undisturbed_by_its_weight() {
+    let machine = integrating("2e-6");
+    let real = with(&machine, &[("effect.coulomb_friction.torque_nm", 0.08)]);
+    let runs = vec![
+        held_out(&real, "short", [0.6, 0.1], 1, Role::Training),
+        held_out(&real, "long", [1.5, 0.1], 2, Role::Training),
+        held_out(&real, "other", [1.0, 0.1], 3, Role::HeldOut),
+    ];
+    let found = diagnose(&machine, &Recording::new(runs).unwrap(), &Options::default()).unwrap();
+    let named: Vec<&str> = found.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    assert_eq!((found.verdict, named), (Verdict::Cause, vec!["coulomb_friction"]));
+    let torque = found.causes[0].parameters["torque_nm"].value;
+    assert!((torque / 0.08 - 1.0).abs() < 0.01, "{torque}");
+}
+
+/// A run that begins at rest under weight begins with what holds it, where only positions were logged too.
+#[test]
+fn exact_a_replay_begins_with_the_weight_held() {
+    for parts in ["", "winding"] {
+        let machine = match parts {
+            "" => integrating("0.0"),
+            _ => {
+                let winding = "kind = \"winding\"\nresistance_ohm = 2.0\ninductance_h = 4e-3\ntorque_constant_nm_per_a = 6.0";
+                let text = CASCADE
+                    .replace("velocity_gain", "velocity_integral_per_s = 15.0\nvelocity_gain")
+                    .replace("kind = \"direct\"\ntorque_nm_per_v = 3.0", winding);
+                read(&pendulum(), &text)
+            }
+        };
+        let long = held_out(&machine, "run", [0.4, 3.1], 1, Role::Training);
+        // The loop has had 2 s and another 3 s to catch the weight from the step to 1.2 rad.
+        let run_of = |kept: &[Signal]| {
+            let signals = long.signals().iter().filter(|(signal, _)| kept.contains(signal));
+            let signals = signals.map(|(signal, samples)| (*signal, samples[3000..].to_vec())).collect();
+            Run::new("run", machine.motion(), long.sample_period_s(), signals).unwrap()
+        };
+        let whole = run_of(&Signal::ALL);
+        let bare = run_of(&[Signal::PositionReference, Signal::Position]);
+        let replay = |run: &Run| {
+            let recorded = Recorded::of(run, &machine).unwrap();
+            recorded.replay(&machine, Axis::of(&machine.constants()), Sensing::Perfect)
+        };
+        let [with, without] = [replay(&whole), replay(&bare)];
+        let position = bare.signal(Signal::Position).unwrap();
+        for (name, traces) in [("with", with), ("without", without)] {
+            let off = traces.position.iter().zip(position).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            // Without what holds it the arm would drop by some 0.01 rad.
+            assert!(off < 1e-8, "{name} effort logged, {parts}: {off:e} rad");
         }
     }
 }

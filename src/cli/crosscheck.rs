@@ -11,7 +11,7 @@ use slideway::replay::crosscheck::{Crosscheck, cells_of};
 use slideway::report::{crosscheck, html};
 
 use super::output::{Pictures, command_line};
-use super::setting::{Setting, lay_over};
+use super::setting::{Setting, set};
 use super::{Failure, Screen, style};
 
 /// Exit code where a bound is exceeded, as `diff` has it.
@@ -41,8 +41,7 @@ impl CrosscheckCommand {
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         self.pictures.check_places()?;
         let machine = Machine::read(&self.machine)?;
-        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
-        let machine = lay_over(&machine, &known, "--set")?;
+        let machine = set(&machine, &self.settings)?;
         let cells = if self.cells.is_empty() { cells_of(&machine)? } else { self.cells.clone() };
         let check = Crosscheck::of(&machine, &cells)?;
         let progress = screen.progress(check.samples() as u64, "replaying");

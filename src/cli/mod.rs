@@ -6,10 +6,12 @@ mod crosscheck;
 mod diagnose;
 mod identify;
 mod inspect;
+mod ladder;
 mod output;
 mod refusal;
 mod replay;
 mod setting;
+mod standstill;
 mod subject;
 mod table;
 mod trial;
@@ -58,6 +60,8 @@ enum Command {
     Identify(identify::Identify),
     /// Hold the plants against each other: the same strokes on axis, rigid-body scene and MuJoCo
     Crosscheck(crosscheck::CrosscheckCommand),
+    /// Feed a motion forward term by term: what each leaves to the feedback, predicted and measured
+    Ladder(ladder::LadderCommand),
     /// Show what is in a recording or a machine
     Inspect(inspect::Inspect),
     /// Tune a controller in simulation: sweep, optimise, re-check where the machine is off
@@ -150,6 +154,7 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
         Command::Replay(replay) => replay.run(screen),
         Command::Identify(identify) => identify.run(screen),
         Command::Crosscheck(crosscheck) => crosscheck.run(screen),
+        Command::Ladder(ladder) => ladder.run(screen),
         Command::Inspect(inspect) => inspect.run(screen),
         Command::Tune(tune) => tune.run(screen),
         Command::Trial(trial) => trial.run(screen),

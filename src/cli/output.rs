@@ -29,6 +29,11 @@ impl Pictures {
         self.html.as_deref()
     }
 
+    /// Where the figures go.
+    pub(super) fn figures(&self) -> Option<&Path> {
+        self.figures.as_deref()
+    }
+
     /// Makes sure that they can be written before the work begins.
     pub(super) fn check_places(&self) -> Result<(), Error> {
         self.html.iter().try_for_each(|path| check_place(path, "--html"))?;

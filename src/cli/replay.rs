@@ -1,13 +1,16 @@
-//! `slideway replay`: strokes through a machine's twin, written as a recording; or a recording beside the twin.
+//! `slideway replay`: strokes or a recording's commands through a machine's twin, written as a recording; or a recording
+//! beside the twin.
 
 mod against;
+mod commanded;
+mod logger;
 
 use std::io::Write as _;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, ValueEnum};
+use clap::{ArgGroup, Args, ValueEnum};
 use indicatif::ProgressBar;
 use rayon::prelude::*;
 use slideway::error::{Error, ErrorKind};
@@ -15,21 +18,16 @@ use slideway::machine::Machine;
 use slideway::recording::{Existing, Format, Recording, Role, Run};
 use slideway::replay::recording::recorded;
 use slideway::replay::{
-    Cell, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, planned_reference, run_seed, simulate,
+    Cell, Commands, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, planned_reference,
 };
 use slideway::report::html;
-use slideway::twin::Sensing;
 use slideway::units;
 
 use super::output::{Pictures, command_line};
-use super::setting::{Setting, lay_over};
+use super::setting::{Setting, lay_over, set};
+use super::standstill::standstill;
 use super::table::Table;
 use super::{Failure, Plant, Screen};
-
-/// Samples between two moves of the progress bar.
-const PROGRESS_STRIDE: usize = 512;
-/// Longest standstill that may be asked for, in s.
-const LONGEST_STANDSTILL_S: f64 = 3600.0;
 
 /// Replays every cell in the machine's closed loop. What is known of the machine goes into --set and into the
 /// recording; what --hide changes plays the part of a real machine's unmodelled effect: the recording names it
@@ -37,24 +35,42 @@ const LONGEST_STANDSTILL_S: f64 = 3600.0;
 ///
 /// With --recording, replays its runs along their own references under their own settings instead, from where they
 /// begin and with perfect sensors, and shows how far each signal of the twin is off.
+///
+/// With --commands, tells the machine what the runs of a recording were told, whatever was measured in them: their position
+/// references in closed loop, or in open loop their efforts.
 #[derive(Debug, Args)]
+#[command(group = ArgGroup::new("told").args(["recording", "commands"]))]
 #[command(
     after_help = "Example:\n  slideway replay --machine models/MACHINE --cell 0.02@8 0.03@16 \\\n      \
                         --hide effect.coulomb_friction.force_n=15 --out /tmp/friction\n  \
-                        slideway replay --recording recordings/LOG --figures figures"
+                        slideway replay --recording recordings/LOG --figures figures\n  \
+                        slideway replay --recording recordings/LOG --machine better --beside models/MACHINE\n  \
+                        slideway replay --commands recordings/LOG --plant mujoco --bristles 1e-6 --out /tmp/other"
 )]
 pub(super) struct Replay {
     /// Recording to hold the twin against, instead of cells: a folder with recording.toml, or such a file
     #[arg(long, value_name = "DIR|FILE", conflicts_with_all = STROKES)]
     recording: Option<PathBuf>,
+    /// Second machine along the same runs, as it stands in its file: its errors and curves are shown beside the first's
+    #[arg(long, value_name = "DIR", requires = "recording")]
+    beside: Option<PathBuf>,
+    /// Sweep the twin (that of --beside, where one is given) with sines over this band too, as `identify sweep` does
+    #[arg(long, value_name = "F1..F2", requires_all = ["recording", "peak_to_peak"])]
+    sweep: Option<String>,
+    /// The sines' peak-to-peak control effort in V
+    #[arg(long, value_name = "V", requires = "sweep")]
+    peak_to_peak: Option<f64>,
+    /// Recording whose commands the machine is told, instead of cells; its runs need hold nothing measured
+    #[arg(long, value_name = "DIR|FILE", conflicts_with_all = NO_COMMANDS)]
+    commands: Option<PathBuf>,
     /// Run of the recording; otherwise all
-    #[arg(long, value_name = "NAME", requires = "recording")]
+    #[arg(long, value_name = "NAME", requires = "told")]
     run: Option<String>,
     /// Machine folder, or a machine file [default: the one that the recording names]
-    #[arg(long, value_name = "DIR", required_unless_present = "recording")]
+    #[arg(long, value_name = "DIR", required_unless_present_any = ["recording", "commands"])]
     machine: Option<PathBuf>,
     /// Strokes at feeds: m@m/min, or rad@rad/s for a turning axis; backwards as --cell=-0.02@8
-    #[arg(long = "cell", value_name = "STROKE@FEED", num_args = 1.., required_unless_present_any = ["held_out", "recording"])]
+    #[arg(long = "cell", value_name = "STROKE@FEED", num_args = 1.., required_unless_present_any = ["held_out", "recording", "commands"])]
     cells: Vec<Cell>,
     /// Cells to mark as held out; the others are then for training
     #[arg(long, value_name = "STROKE@FEED", num_args = 1..)]
@@ -68,6 +84,13 @@ pub(super) struct Replay {
     /// Plant to simulate on
     #[arg(long, value_enum, default_value = "rapier")]
     plant: Plant,
+    /// Dry friction of the simulated machine as bristles that deflect by so much (m or rad) before they slide, and a step
+    /// of 31.25 µs: another law of the same levels than the twin's
+    #[arg(long, value_name = "DEFLECTION", allow_negative_numbers = true, value_parser = deflection)]
+    bristles: Option<f64>,
+    /// Signals that are logged beside what moves the axis, by key [default: all that a simulation knows]
+    #[arg(long, value_name = "SIGNAL,…", value_delimiter = ',')]
+    log: Vec<String>,
     /// Seed of the sensor noise, whose size the machine file states
     #[arg(long, value_name = "SEED", default_value_t = 1)]
     noise: u64,
@@ -108,8 +131,10 @@ enum FileFormat {
 }
 
 /// What tells which strokes to make and how, and has no place where a recording tells it.
-const STROKES: [&str; 9] =
-    ["cells", "held_out", "hidden", "noise", "perfect", "back", "repeat", "lead", "dwell"];
+const STROKES: [&str; 11] =
+    ["cells", "held_out", "hidden", "noise", "perfect", "back", "repeat", "lead", "dwell", "bristles", "log"];
+/// What tells which strokes to make, and has no place where commands tell it.
+const NO_COMMANDS: [&str; 6] = ["cells", "held_out", "back", "repeat", "lead", "dwell"];
 
 /// One run before it is simulated.
 struct Plan {
@@ -120,21 +145,22 @@ struct Plan {
     reference: Vec<f64>,
 }
 
-fn standstill(text: &str) -> Result<f64, String> {
-    let seconds: f64 = text.parse().map_err(|_| "not a number of seconds".to_owned())?;
-    if (0.0..=LONGEST_STANDSTILL_S).contains(&seconds) {
-        return Ok(seconds);
-    }
-    Err(format!("expected a number of seconds from 0 to {LONGEST_STANDSTILL_S}"))
+/// Below any encoder's step, to a tenth of a stroke.
+const DEFLECTIONS: std::ops::RangeInclusive<f64> = 1e-12..=0.1;
+
+fn deflection(text: &str) -> Result<f64, String> {
+    let found = text.parse().ok().filter(|deflection| DEFLECTIONS.contains(deflection));
+    found.ok_or_else(|| "expected a deflection in m or rad from 1e-12 to 0.1".to_owned())
 }
 
 impl Replay {
     /// Simulates, writes, and shows a table with a row a run; or compares.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         self.pictures.check_places()?;
-        match &self.recording {
-            Some(recording) => self.against(recording, screen),
-            None => self.strokes(screen),
+        match (&self.recording, &self.commands) {
+            (Some(recording), _) => self.against(recording, screen),
+            (None, Some(commands)) => self.commanded(commands, screen),
+            (None, None) => self.strokes(screen),
         }
     }
 
@@ -142,8 +168,7 @@ impl Replay {
         // Both are there: the parser asks for them where no recording is named.
         let [machine, out] = [&self.machine, &self.out].map(|path| path.as_deref().unwrap_or(Path::new(".")));
         let machine = Machine::read(machine)?;
-        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
-        let stated = lay_over(&machine, &known, "--set")?;
+        let stated = set(&machine, &self.settings)?;
         let simulated = lay_over(&stated, &self.hidden, "--hide")?;
         let plans = self.plans(&stated)?;
         let samples: usize = plans.iter().map(|plan| plan.reference.len()).sum();
@@ -229,18 +254,11 @@ impl Replay {
         plan: &Plan,
         progress: &ProgressBar,
     ) -> Result<(Run, Figures), Error> {
-        let sensing = match self.perfect {
-            true => Sensing::Perfect,
-            false => Sensing::AsStated { seed: run_seed(self.noise, &plan.name) },
-        };
-        let count = |done: usize| {
-            if done.is_multiple_of(PROGRESS_STRIDE) {
-                progress.inc(PROGRESS_STRIDE as u64);
-            }
-        };
-        let traces = simulate(simulated, self.plant.into(), sensing, &plan.reference, count)?;
+        let commands = Commands::follow(simulated, &plan.reference)?;
+        let traces = self.told(simulated, &plan.name, &commands, progress)?;
         let figures = Figures::of(&plan.motion, stated.description().sample_period_s, &traces);
-        let mut run = recorded(&plan.name, simulated, &plan.reference, traces)?;
+        let mut run =
+            self.logged(recorded(&plan.name, simulated, &plan.reference, traces)?, commands.driven_by)?;
         run.role = plan.role;
         run.metadata = plan.cell.metadata(stated.motion());
         run.settings = self.settings.iter().map(|s| (s.path.clone(), s.value.clone())).collect();
@@ -260,8 +278,11 @@ impl Replay {
                 format!("hidden: {}", list.join(", "))
             }
         };
+        let bristles = self.bristles.map_or(String::new(), |deflection| {
+            format!("; dry friction as bristles that slide after {deflection:e} m or rad, steps of 31.25 µs")
+        });
         format!(
-            "simulated, not measured: slideway {} on the {} of `{}`; {noise}; thrust without a sensor; {hidden}",
+            "simulated, not measured: slideway {} on the {} of `{}`; {noise}; thrust without a sensor; {hidden}{bristles}",
             env!("CARGO_PKG_VERSION"),
             PlantChoice::from(self.plant),
             machine.description().name,

@@ -36,17 +36,20 @@ impl FromStr for Setting {
     }
 }
 
-impl Setting {
-    /// The setting on top of what diagnoses identified at its key path.
-    pub(super) fn on_top_of(&self, machine: &Machine) -> Self {
-        Self { path: self.path.clone(), value: machine.on_top(&self.path, self.value.clone()) }
-    }
-}
-
 impl fmt::Display for Setting {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} = {}", self.path, self.value)
     }
+}
+
+/// The machine as `--set` sets it: on top of what diagnoses identified at the same key paths.
+pub(super) fn set(machine: &Machine, settings: &[Setting]) -> Result<Machine, Error> {
+    let on_top = |Setting { path, value }: &Setting| Setting {
+        path: path.clone(),
+        value: machine.on_top(path, value.clone()),
+    };
+    let known: Vec<Setting> = settings.iter().map(on_top).collect();
+    lay_over(machine, &known, "--set")
 }
 
 /// The machine with settings laid over it; a refusal names the option and the setting at fault.

@@ -13,13 +13,12 @@ use slideway::report::{Style, html, tuned, tuning_map};
 use slideway::tune::{Knob, Limits, Objective, Tuning, Written, WrittenLimit};
 
 use super::output::{Pictures, check_place, command_line, write};
-use super::setting::{Setting, lay_over};
+use super::setting::{Setting, set};
+use super::standstill::some_standstill;
 use super::{Failure, Screen, style};
 
 /// Width that the table of criteria needs.
 const WIDTH: usize = 120;
-/// Longest standstill that may be asked for, in s.
-const LONGEST_STANDSTILL_S: f64 = 60.0;
 /// Friction to withstand where none is stated, as a share of the peak thrust of the strokes.
 const SHARE_OF_THRUST: f64 = 0.1;
 
@@ -56,7 +55,7 @@ pub(super) struct Tune {
     #[arg(long, value_name = "N", allow_negative_numbers = true)]
     friction: Option<f64>,
     /// Standstill after each stroke, in s
-    #[arg(long, value_name = "S", default_value = "0.6", allow_negative_numbers = true, value_parser = standstill)]
+    #[arg(long, value_name = "S", default_value = "0.6", allow_negative_numbers = true, value_parser = some_standstill)]
     dwell: f64,
     /// Machine setting in force, by key path; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
@@ -78,22 +77,13 @@ enum Least {
     PeakThrust,
 }
 
-fn standstill(text: &str) -> Result<f64, String> {
-    let seconds: f64 = text.parse().map_err(|_| "not a number of seconds".to_owned())?;
-    if seconds > 0.0 && seconds <= LONGEST_STANDSTILL_S {
-        return Ok(seconds);
-    }
-    Err(format!("expected more than 0 and at most {LONGEST_STANDSTILL_S} seconds"))
-}
-
 impl Tune {
     /// Tunes and shows.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         self.pictures.check_places()?;
         self.map_file.iter().try_for_each(|file| check_new(file))?;
         let machine = Machine::read(&self.machine)?;
-        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
-        let machine = lay_over(&machine, &known, "--set")?;
+        let machine = set(&machine, &self.settings)?;
         let tuning = self.tuning(&machine)?;
         let progress = screen.progress(tuning.least_settings() as u64, "replaying settings");
         let outcome = tuning.run(&machine, |settings| progress.inc(settings as u64));

@@ -1,6 +1,6 @@
 //! Cascade of a proportional position loop and a proportional-integral velocity loop.
 
-use super::{AntiWindup, EffortLimit, Gains};
+use super::{AntiWindup, EffortLimit, Filter, Gains};
 use serde::{Deserialize, Serialize};
 
 /// Cascade control: position P, velocity PI, with optional velocity feed-forward.
@@ -37,6 +37,9 @@ pub struct Cascade {
     /// What the integral part does while the law clips.
     #[serde(default, skip_serializing_if = "is_none")]
     pub anti_windup: AntiWindup,
+    /// Filters of the limited effort, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub filter: Vec<Filter>,
 }
 
 fn is_none(anti_windup: &AntiWindup) -> bool {
@@ -75,6 +78,7 @@ mod tests {
             velocity_feedforward: 0.3,
             effort_limit_v: Some(10.0),
             anti_windup: AntiWindup::Clamping,
+            filter: vec![Filter::LowPass { frequency_hz: 200.0, damping: None }],
         });
         let input =
             Input { position_reference: 0.01, velocity_reference: 0.2, position: 0.009, velocity: 0.15 };

@@ -106,7 +106,8 @@ mod tests {
         // The first error of the other sign acts at once: u = −0.05 − 0.5.
         assert!((found[30].0 + 0.55).abs() < 1e-12, "{}", found[30].0);
         // Deep in the limit by a wound-up integral part, an error that unwinds it is integrated.
-        let (law, mut memory) = (limit(AntiWindup::Clamping), Memory { integral_v: 5.0 });
+        let (law, mut memory) =
+            (limit(AntiWindup::Clamping), Memory { integral_v: 5.0, ..Memory::default() });
         let back = Input { position_reference: 0.0, velocity_reference: -1.0, position: 0.0, velocity: 0.0 };
         assert_eq!(law.effort_v(&GAINS, &mut memory, back, PERIOD_S), 2.0);
         assert!((memory.integral_v - 4.9).abs() < 1e-12);

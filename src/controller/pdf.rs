@@ -1,7 +1,7 @@
 //! Pseudo-derivative feedback with integer gains.
 
-use super::Gains;
 use super::integer::{IntegerGain, Scale};
+use super::{Filter, Gains};
 use serde::{Deserialize, Serialize};
 
 /// Pseudo-derivative-feedback (PDF) velocity loop with integer gains, inside a proportional position
@@ -40,6 +40,9 @@ pub struct Pdf {
     pub position_gain_per_s: f64,
     /// f, the share of the reference velocity fed forward.
     pub velocity_feedforward: f64,
+    /// Filters of the effort, in their order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub filter: Vec<Filter>,
 }
 
 impl Pdf {
@@ -82,6 +85,7 @@ mod tests {
             velocity_units_per_si: 1000.0,
             position_gain_per_s: 6.5,
             velocity_feedforward: 0.7,
+            filter: Vec::new(),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The gains of a law as unknowns: what each of them multiplies in the effort.
 
 use super::integer::IntegerGain;
-use super::{Cascade, Controller, Input, Pdf};
+use super::{Cascade, Controller, Input, Pd, Pdf};
 
 /// Which gains of a law are unknown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -121,12 +121,30 @@ impl Controller {
                     false => vec![gain("velocity_gain_v_s_per_m", "e(k)", velocity)],
                 }
             }
+            Self::Pd(law) => {
+                let derivative = law.derivative_gain_v_s_per_m;
+                let mut gains =
+                    vec![gain("position_gain_v_per_m", "x_ref(k) − x(k)", law.position_gain_v_per_m)];
+                if derivative != 0.0 {
+                    gains.push(gain("derivative_gain_v_s_per_m", "f·v_ref(k) − v(k)", derivative));
+                }
+                gains
+            }
         };
-        if unknown == Unknown::BothLoops {
-            gains.push(gain("position_gain_per_s", "x_ref − x, through e", self.position_gain_per_s()));
-            gains.push(gain("velocity_feedforward", "v_ref, through e", self.velocity_feedforward()));
+        if let (Unknown::BothLoops, Some([position, feedforward])) = (unknown, self.position_loop()) {
+            gains.push(gain("position_gain_per_s", "x_ref − x, through e", position));
+            gains.push(gain("velocity_feedforward", "v_ref, through e", feedforward));
         }
         gains
+    }
+
+    /// Position gain in 1/s and velocity feed-forward of the loop around the velocity loop; none for a law without one.
+    fn position_loop(&self) -> Option<[f64; 2]> {
+        match self {
+            Self::Pdf(law) => Some([law.position_gain_per_s, law.velocity_feedforward]),
+            Self::Cascade(law) => Some([law.position_gain_per_s, law.velocity_feedforward]),
+            Self::Pd(_) => None,
+        }
     }
 
     /// The law with these values of its unknown gains.
@@ -154,6 +172,12 @@ impl Controller {
                     next(&mut law.velocity_feedforward);
                 }
             }
+            Self::Pd(law) => {
+                next(&mut law.position_gain_v_per_m);
+                if law.derivative_gain_v_s_per_m != 0.0 {
+                    next(&mut law.derivative_gain_v_s_per_m);
+                }
+            }
         }
         law
     }
@@ -171,8 +195,9 @@ impl Controller {
         let mut regressors = match self {
             Self::Pdf(law) => pdf(law, error(&now), change.velocity, step.period_s),
             Self::Cascade(law) => cascade(law, error(&now), error(&change), step.period_s, is_level),
+            Self::Pd(law) => pd(law, &now),
         };
-        if unknown == Unknown::BothLoops {
+        if unknown == Unknown::BothLoops && self.position_loop().is_some() {
             let by = |pick: fn(&Terms) -> f64| gains.integral * pick(&now) + gains.error * pick(&change);
             regressors.push(by(|terms| terms.position_error));
             regressors.push(by(|terms| terms.reference));
@@ -187,6 +212,14 @@ fn pdf(law: &Pdf, error: f64, change: f64, period_s: f64) -> Vec<f64> {
         f64::from(law.integral.value()) * units * period_s * error,
         -f64::from(law.proportional.value()) * units * change,
     ]
+}
+
+fn pd(law: &Pd, now: &Terms) -> Vec<f64> {
+    let mut regressors = vec![now.position_error];
+    if law.derivative_gain_v_s_per_m != 0.0 {
+        regressors.push(law.velocity_feedforward * now.reference - now.velocity);
+    }
+    regressors
 }
 
 fn cascade(law: &Cascade, error: f64, change: f64, period_s: f64, is_level: bool) -> Vec<f64> {

@@ -102,7 +102,7 @@ impl Experiment {
     pub fn new(run: &Run, machine: &Machine) -> Result<Self> {
         let description = machine.description();
         let period = description.sample_period_s;
-        if (run.sample_period_s() / period - 1.0).abs() > 1e-6 {
+        if run.instants_s().is_none() && (run.sample_period_s() / period - 1.0).abs() > 1e-6 {
             return Err(Error::new(ErrorKind::Inconsistent)
                 .file(&run.file)
                 .key("sample_period_s")
@@ -121,7 +121,16 @@ impl Experiment {
         check_travel(run, machine)?;
         let has_scale = description.load_sensor.is_some();
         let modelled = |signal| signal != Signal::LoadPosition || has_scale;
-        let (recorded, mode) = replayed(run, machine)?;
+        // Windows need the controller's clock: what drives them is known between two time stamps by interpolation only.
+        let resampled;
+        let run = if run.instants_s().is_some() && !closes_loop(run, machine) {
+            resampled = run.resampled(period)?;
+            &resampled
+        } else {
+            run
+        };
+        let settings = RunSettings::of(run, machine);
+        let (recorded, mode) = replayed(run, machine, &settings.machine(machine)?)?;
         let compared = |signal: &Signal| match &mode {
             Mode::ClosedLoop => true,
             Mode::Windows(windowed) => follows(*signal, windowed.input()),
@@ -130,7 +139,6 @@ impl Experiment {
             .into_iter()
             .filter(|s| run.signal(*s).is_some() && modelled(*s) && compared(s))
             .collect();
-        let settings = RunSettings::of(run, machine);
         let second_sensor = second_sensor(run, machine).filter(|_| matches!(mode, Mode::ClosedLoop));
         Ok(Self { run: run.clone(), recorded, signals, mode, second_sensor, settings })
     }
@@ -160,8 +168,7 @@ impl Experiment {
                 trace(&traces, *signal).clone_into(samples);
             }
         }
-        let mut run = Run::new(self.run.name(), self.run.motion(), self.run.sample_period_s(), signals)?;
-        run.settings.clone_from(&self.run.settings);
+        let run = self.run.with_signals(signals)?;
         Ok(Self { run, ..self.clone() })
     }
 
@@ -253,17 +260,23 @@ fn second_sensor(run: &Run, machine: &Machine) -> Option<Signal> {
     both.then_some(if sensor.closes_position_loop { Signal::Position } else { Signal::LoadPosition })
 }
 
-/// Commands, start and mode of a run.
-fn replayed(run: &Run, machine: &Machine) -> Result<(Recorded, Mode)> {
+/// Whether the replay can follow the reference in closed loop.
+fn closes_loop(run: &Run, machine: &Machine) -> bool {
+    run.signal(Signal::PositionReference).is_some() && machine.description().controller.is_some()
+}
+
+/// Commands, start and mode of a run on a machine, as stated and as set in the run.
+fn replayed(run: &Run, machine: &Machine, set: &Machine) -> Result<(Recorded, Mode)> {
     let reference = run.signal(Signal::PositionReference);
-    if reference.is_some() && machine.description().controller.is_some() {
-        return Ok((Recorded::of(run)?, Mode::ClosedLoop));
+    if closes_loop(run, machine) {
+        let period_s = machine.description().sample_period_s;
+        return Ok((Recorded::of(run, set)?.on_controller_clock(run, period_s), Mode::ClosedLoop));
     }
     let (position, period) = (run.require(Signal::Position)?, run.sample_period_s());
     let input = input(run, machine)?;
     let recorded = match reference {
-        Some(reference) => Recorded::along(run, reference)?,
-        None => Recorded::along(run, &measured::reference(position, period))?,
+        Some(reference) => Recorded::along(run, reference, set)?,
+        None => Recorded::along(run, &measured::reference(position, period), set)?,
     };
     let mut restarts = measured::restarts(position, input, period);
     let start = recorded.start();
@@ -272,6 +285,7 @@ fn replayed(run: &Run, machine: &Machine) -> Result<(Recorded, Mode)> {
         (first.position, first.velocity) = (start.position, 0.0);
     }
     let windowed = Windowed::new(run, input, start, restarts, measured::half_width(period))?;
+    let windowed = windowed.fed_forward(recorded.commands());
     Ok((recorded, Mode::Windows(Box::new(windowed))))
 }
 

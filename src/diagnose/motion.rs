@@ -8,6 +8,7 @@ use crate::effect::{Constants, Screen};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use nalgebra::{Matrix3, Vector3};
 
 /// Smoothed motion of one run and the missing force along it.
 #[derive(Debug, Clone)]
@@ -71,9 +72,13 @@ impl Motion {
         let constants = machine.constants();
         let period = run.sample_period_s();
         let half = ((HALF_WIDTH_S / period).round() as usize).max(3);
-        let [position, velocity, acceleration] = smooth(run.require(Signal::Position)?, half, period);
+        let smooth = |samples: &[f64]| match run.instants_s() {
+            Some(instants_s) => smooth_uneven(samples, instants_s, half),
+            None => smooth(samples, half, period),
+        };
+        let [position, velocity, acceleration] = smooth(run.require(Signal::Position)?);
         let smoothed = |force: Option<Vec<f64>>| -> Vec<f64> {
-            force.map(|force| smooth(&force, half, period)[0].clone()).unwrap_or_default()
+            force.map(|force| smooth(&force)[0].clone()).unwrap_or_default()
         };
         let motor_force = smoothed(motor_force(experiment, &constants));
         let drive_force = smoothed(drive_force(experiment, &constants));
@@ -129,24 +134,58 @@ fn drive_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64
             Some(current.iter().map(|i| i * force_constant).collect())
         }
         (Circuit::Direct { force_per_volt }, _, Some(effort)) => {
-            Some(effort.iter().map(|u| u * force_per_volt).collect())
+            let applied = applied_v(experiment, constants, effort);
+            Some(applied.iter().map(|u| u * force_per_volt).collect())
         }
         (circuit, _, Some(effort)) => {
             let step = CircuitStep::new(circuit, run.sample_period_s());
             let mut current = experiment.recorded().start().current_a(constants);
-            Some(
-                effort
-                    .iter()
-                    .map(|&u| {
-                        let now = current;
-                        step.advance(&mut current, u, 0.0);
-                        now * step.effort_constant()
-                    })
-                    .collect(),
-            )
+            let force = |u: &f64| {
+                let now = current;
+                step.advance(&mut current, *u, 0.0);
+                now * step.effort_constant()
+            };
+            Some(applied_v(experiment, constants, effort).iter().map(force).collect())
         }
         _ => None,
     }
+}
+
+/// Voltage at the motor, limit and dead zone aside: effort with what was fed forward, times the supply of a duty cycle.
+fn applied_v(experiment: &Experiment, constants: &Constants, effort: &[f64]) -> Vec<f64> {
+    let supply = experiment.run().signal(Signal::SupplyVoltage);
+    let gain = |k: usize| constants.amplifier.gain_under(supply.map(|supply| supply[k]));
+    let commanded = experiment.recorded().commanded_v(effort);
+    commanded.iter().enumerate().map(|(k, u)| gain(k) * u).collect()
+}
+
+/// As [`smooth`], of samples taken at these times, in s.
+pub fn smooth_uneven(samples: &[f64], instants_s: &[f64], half: usize) -> [Vec<f64>; 3] {
+    let count = samples.len();
+    let half = half.min(count.saturating_sub(1) / 2);
+    let mut result = [(); 3].map(|()| Vec::with_capacity(count));
+    for k in 0..count {
+        let window = k.saturating_sub(half)..(k + half + 1).min(count);
+        // Σ t^p and Σ t^p·y about the sample itself.
+        let (mut powers, mut moments) = ([0.0; 5], Vector3::zeros());
+        for j in window {
+            let (t, y) = (instants_s[j] - instants_s[k], samples[j] - samples[k]);
+            let mut power = 1.0;
+            for p in 0..5 {
+                powers[p] += power;
+                if p < 3 {
+                    moments[p] += power * y;
+                }
+                power *= t;
+            }
+        }
+        let normal = Matrix3::from_fn(|row, column| powers[row + column]);
+        let fit = normal.try_inverse().map_or_else(Vector3::zeros, |inverse| inverse * moments);
+        for (list, value) in result.iter_mut().zip([samples[k] + fit[0], fit[1], 2.0 * fit[2]]) {
+            list.push(value);
+        }
+    }
+    result
 }
 
 /// Value, slope and curvature of the least-squares parabola over each window of `2·half + 1` samples; at the
@@ -269,6 +308,17 @@ fn common_step(steps: Vec<f64>) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn exact_parabola_is_read_at_uneven_times() {
+        let time: Vec<f64> = (0..60).map(|k| 5e-3 * f64::from(k) + 1e-3 * f64::from(k * k % 5)).collect();
+        let samples: Vec<f64> = time.iter().map(|t| 0.3 + 0.2 * t - 4.0 * t * t).collect();
+        let [value, slope, curvature] = smooth_uneven(&samples, &time, 4);
+        for (k, t) in time.iter().enumerate() {
+            assert!((value[k] - samples[k]).abs() < 1e-12 && (slope[k] - (0.2 - 8.0 * t)).abs() < 1e-9);
+            assert!((curvature[k] + 8.0).abs() < 1e-6, "{k}");
+        }
+    }
 
     #[test]
     fn exact_parabola_is_read_without_error() {

@@ -55,10 +55,9 @@ impl RunSettings {
             return Ok(machine.clone());
         }
         let plain = self.plain.iter().map(|(key, value)| (key.as_str(), value.clone()));
-        let set = machine.with_settings(plain)?;
-        let values: Vec<f64> = self.shifts.iter().map(|shift| shift.value(machine)).collect();
-        let shifted = self.shifts.iter().zip(&values);
-        set.with_settings(shifted.map(|(shift, &value)| (shift.path.as_str(), toml::Value::Float(value))))
+        let shifted = self.shifts.iter().map(|s| (s.path.as_str(), toml::Value::Float(s.value(machine))));
+        // Together: some keys of an effect say nothing without the others.
+        machine.with_settings(plain.chain(shifted))
     }
 }
 

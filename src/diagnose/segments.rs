@@ -129,8 +129,13 @@ fn stretches(experiment: &Experiment, machine: &Machine) -> Result<Vec<Stretch>>
     let constants = machine.constants();
     let cuts = Cuts::of(experiment, &constants)?;
     let mut list = Vec::new();
-    let commanded =
-        if experiment.input().is_none() { controller_effort(experiment, &machine, &cuts) } else { None };
+    // Between uneven time stamps neither controller nor drive is known: their stretches merge with the mechanics.
+    let is_even = experiment.run().instants_s().is_none();
+    let commanded = if experiment.input().is_none() && is_even {
+        controller_effort(experiment, &machine, &cuts)
+    } else {
+        None
+    };
     match (&commanded, cuts.effort, cuts.force()) {
         (Some(own), Some(effort), _) => {
             list.push(Stretch::new("controller", difference(effort, own), Some(Signal::ControlEffort)));
@@ -145,7 +150,7 @@ fn stretches(experiment: &Experiment, machine: &Machine) -> Result<Vec<Stretch>>
         }
         _ => {}
     }
-    if let (Some(effort), Some((signal, measured))) = (cuts.effort, cuts.force()) {
+    if let (Some(effort), Some((signal, measured)), true) = (cuts.effort, cuts.force(), is_even) {
         let modelled = drive(experiment, &constants, effort, signal);
         list.push(Stretch::new("amplifier+motor", difference(measured, &modelled), Some(signal)));
     }
@@ -155,7 +160,8 @@ fn stretches(experiment: &Experiment, machine: &Machine) -> Result<Vec<Stretch>>
         let needed: Vec<f64> = thrust.iter().map(|f| f / force_constant).collect();
         list.push(Stretch::new("motor", difference(current, &needed), Some(Signal::Current)));
     }
-    list.push(mechanics(experiment, &machine, &cuts, commanded.is_some())?);
+    let in_loop = commanded.is_some() || (!is_even && experiment.input().is_none());
+    list.push(mechanics(experiment, &machine, &cuts, in_loop)?);
     if let Some(load) = cuts.load {
         list.push(drive_train(&machine, cuts.position, load));
     }
@@ -207,8 +213,12 @@ fn controller_effort(experiment: &Experiment, machine: &Machine, cuts: &Cuts) ->
     let seen = if on_load { cuts.load? } else { cuts.position };
     let first = match (cuts.effort, cuts.force()) {
         (Some(effort), _) => effort[0],
-        (None, Some((Signal::Thrust, thrust))) => thrust[0] / constants.force_per_volt(),
-        (None, Some((_, current))) => current[0] * current_force(&constants) / constants.force_per_volt(),
+        (None, Some((Signal::Thrust, thrust))) => {
+            thrust[0] / constants.force_per_volt() - start.feedforward_v
+        }
+        (None, Some((_, current))) => {
+            current[0] * current_force(&constants) / constants.force_per_volt() - start.feedforward_v
+        }
         (None, None) => 0.0,
     };
     let mut velocity = VelocityMemory::moving(start.position, start.velocity, period);
@@ -245,7 +255,13 @@ fn drive(experiment: &Experiment, constants: &Constants, effort: &[f64], output:
     let unit = if output == Signal::Current { 1.0 } else { current_force(constants) };
     let winding = steps[0].has_current();
     let position = run.signal(Signal::Position).unwrap_or_default();
-    let applied = |k: usize, back: usize| constants.amplifier.output_v(effort[k.saturating_sub(back)]);
+    let supply = run.signal(Signal::SupplyVoltage);
+    let amplifier = &constants.amplifier;
+    let commanded = experiment.recorded().commanded_v(effort);
+    let applied = |k: usize, back: usize| {
+        amplifier.gain_under(supply.map(|supply| supply[k]))
+            * amplifier.output_v(commanded[k.saturating_sub(back)])
+    };
     let mut current = run.signal(output).map_or(0.0, |measured| measured[0] / unit);
     (0..effort.len())
         .map(|k| {

@@ -48,8 +48,17 @@ pub fn unseen(effect: EffectId, machine: &Machine, experiments: &[Experiment]) -
     if !effect.applies(&machine.constants()) {
         return Some(match effect {
             EffectId::ControllerGain => "The machine file states no controller.",
+            EffectId::Backlash | EffectId::ScrewError => {
+                "Nothing sees the load's end of the drive train: log load_position_m or load_position_rad and state [load_sensor]."
+            }
             _ => "The machine, as its file states it, has nothing that this effect could change.",
         });
+    }
+    let stated = &machine.description().effect;
+    if EffectId::ALL.iter().any(|other| stated.contains(*other) && effect.clashes_with(*other)) {
+        return Some(
+            "The machine file states another law of the same friction: take that out to have this one looked at.",
+        );
     }
     let reasons: Option<Vec<&'static str>> =
         experiments.iter().map(|experiment| hidden(effect, experiment)).collect();

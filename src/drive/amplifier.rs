@@ -5,9 +5,13 @@ use serde::{Deserialize, Serialize};
 /// Voltage amplifier: holds the commanded voltage over the sample period, after its delay, within its limit.
 ///
 /// # Model
-/// `u_applied(t) = clip(dead(u_commanded(t − delay)) + offset, ±limit)` with `dead(u) = u − sgn(u)·min(|u|, w)` for a
+/// `u_applied(t) = s·clip(dead(u_commanded(t − delay)) + offset, ±limit)` with `dead(u) = u − sgn(u)·min(|u|, w)` for a
 /// dead zone of half width w; the commanded voltage is a staircase, so the
 /// applied one changes inside a period when the delay is not a whole number of periods.
+///
+/// s = 1 where the command is a voltage. Where it is a duty cycle, s is the supply voltage, as recorded (`supply_voltage_v`)
+/// or else as stated here, and one volt of command stands for a duty of 1: the limit is ±1, and it acts before back-EMF,
+/// dead zone and offset are shares of the supply.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Amplifier {
@@ -23,10 +27,41 @@ pub struct Amplifier {
     /// Voltage in V at zero command that the machine is known to have.
     #[serde(default)]
     pub offset_v: f64,
+    /// s in V of an amplifier that is commanded by a duty cycle; absent: the command is a voltage.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub supply_v: Option<f64>,
 }
 
+/// Largest magnitude of a duty cycle.
+const WHOLE_DUTY: f64 = 1.0;
+
 impl Amplifier {
-    /// The voltage that a commanded voltage ends up as.
+    /// Volts applied per volt of command inside the limit: the stated supply of a duty cycle, else 1.
+    #[inline]
+    pub fn gain(&self) -> f64 {
+        self.supply_v.unwrap_or(1.0)
+    }
+
+    /// The same at a sample at which the supply was `recorded_v`.
+    #[inline]
+    pub fn gain_under(&self, recorded_v: Option<f64>) -> f64 {
+        match self.supply_v {
+            Some(stated) => recorded_v.unwrap_or(stated),
+            None => 1.0,
+        }
+    }
+
+    /// The same amplifier with the limit that a duty cycle has.
+    #[must_use]
+    pub fn within_duty(mut self) -> Self {
+        if self.supply_v.is_some() {
+            self.voltage_limit_v =
+                Some(self.voltage_limit_v.map_or(WHOLE_DUTY, |stated| stated.min(WHOLE_DUTY)));
+        }
+        self
+    }
+
+    /// The command that reaches the bridge: a voltage, or a duty cycle to be multiplied by [`gain`](Self::gain).
     #[inline]
     pub fn output_v(&self, command_v: f64) -> f64 {
         let live = command_v - command_v.clamp(-self.dead_zone_v, self.dead_zone_v) + self.offset_v;

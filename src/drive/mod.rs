@@ -4,3 +4,4 @@ pub mod amplifier;
 pub mod current_loop;
 pub mod motor;
 pub mod printed;
+pub mod transmission;

@@ -47,6 +47,11 @@ macro_rules! catalogue {
                         || self.supersedes().iter().any(|third| other.supersedes().contains(third)))
             }
 
+            /// Whether both take the place of a third and neither that of the other: stated together they would act twice.
+            pub fn clashes_with(self, other: Self) -> bool {
+                self.excludes(other) && !self.takes_over(other)
+            }
+
             /// See [`Law::STANDS_FOR`].
             pub fn stands_for(self) -> &'static [EffectId] {
                 match self { $(Self::$law => <$law as Law>::STANDS_FOR,)+ }
@@ -188,7 +193,7 @@ macro_rules! catalogue {
                 let present: Vec<EffectId> =
                     EffectId::ALL.iter().copied().filter(|id| self.contains(*id)).collect();
                 let (a, b) = present.iter().enumerate().find_map(|(k, a)| {
-                    present[k + 1..].iter().find(|b| a.excludes(**b) && !a.takes_over(**b)).map(|b| (a, b))
+                    present[k + 1..].iter().find(|b| a.clashes_with(**b)).map(|b| (a, b))
                 })?;
                 Some((format!("effect.{}", a.name()), format!("stated beside {}: both hold the same friction", b.name())))
             }

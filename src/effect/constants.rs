@@ -21,6 +21,10 @@ pub struct Constants {
     pub has_voltage_fed_winding: bool,
     /// Moving mass in kg, or inertia about the joint's axis in kg·m².
     pub moving_mass: f64,
+    /// Share of it that is the rotor's, seen from the joint, and has no weight, in kg or kg·m².
+    pub rotor_inertia: f64,
+    /// Whether a transmission lies between motor and joint.
+    pub has_transmission: bool,
     /// Viscous coefficient of the guide in N·s/m, or N·m·s/rad.
     pub viscous: f64,
     /// Symmetric Coulomb friction of the guide in N, or N·m; it acts through its effect.
@@ -58,11 +62,13 @@ impl Constants {
         [own, self.amplifier.voltage_limit_v].into_iter().flatten().reduce(f64::min)
     }
 
-    /// Motor force per volt in the steady state at standstill, N/V or N·m/V.
+    /// Motor force per volt of effort in the steady state at standstill, N/V or N·m/V.
     pub fn force_per_volt(&self) -> f64 {
         match self.circuit {
-            Circuit::Winding { resistance_ohm, force_constant, .. } => force_constant / resistance_ohm,
-            Circuit::Direct { force_per_volt } => force_per_volt,
+            Circuit::Winding { resistance_ohm, force_constant, .. } => {
+                self.amplifier.gain() * force_constant / resistance_ohm
+            }
+            Circuit::Direct { force_per_volt } => self.amplifier.gain() * force_per_volt,
         }
     }
 }

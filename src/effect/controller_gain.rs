@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 /// file was written.
 ///
 /// # Model
-/// Position, velocity (or proportional) and integral gain are each their stated value times a factor. Where the gain is
+/// Position, velocity (or proportional, or derivative) and integral gain are each their stated value times a factor. Where the gain is
 /// an integer register n, the register in force is the integer nearest to n times the factor. The feed-forward of the
 /// reference velocity is the share itself, since it is often stated as zero.
 ///

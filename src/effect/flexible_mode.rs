@@ -39,6 +39,11 @@ impl Law for FlexibleMode {
         Parameter::same("damping_ratio", "1"),
     ];
 
+    fn applies(constants: &Constants) -> bool {
+        // No plant has a rotor that turns while its base moves.
+        constants.rotor_inertia == 0.0
+    }
+
     fn fault(&self) -> Option<String> {
         not_positive("frequency_hz", self.frequency_hz)
             .or_else(|| not_positive("mass_kg", self.mass_kg))

@@ -1,21 +1,27 @@
-//! Friction in proportion to what the sliders carry.
+//! Friction in proportion to what the sliders carry or the transmission transmits.
 
 use super::law::negative;
 use super::{Constants, Door, Law, Parameter, Screen, Site};
 use serde::{Deserialize, Serialize};
 
-/// Dry friction proportional to the loads of the four bearing sliders.
+/// Dry friction proportional to the loads of the four bearing sliders, or, on a machine without them, to what its transmission
+/// transmits.
 ///
 /// # Model
-/// `F = −μ·Σ|N_i|·sgn(v)` over the sliders A–D, sticking below that at rest. The loads N_i are those of the rigid-body
-/// scene: weight, and the couple of motor force and friction at their lines of action.
+/// `F = −μ·N·sgn(v)`, sticking below that at rest. N is one of
+/// - `Σ|N_i|` over the sliders A–D, with the loads of the rigid-body scene: weight, and the couple of motor force and
+///   friction at their lines of action;
+/// - `|F_t|`, the effort through the [`Transmission`](crate::drive::transmission::Transmission), in N or N·m at the joint.
 ///
 /// # Validity
-/// While every slider stays pressed down and the carried mass does not change, Σ|N_i| is the weight: it is then exactly
+/// Sliders: while every one stays pressed down and the carried mass does not change, Σ|N_i| is the weight: it is then exactly
 /// Coulomb friction. They part when a slider lifts under acceleration, or between runs with different payload.
+/// Transmission: driven forward and backward alike, as in gearboxes of good efficiency; μ < 1, from 1 on it would lock itself.
 ///
 /// # Source
-/// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports).
+/// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports). On gears: Duclusaud et al., *Extended
+/// friction models for the physics simulation of servo actuators*, ICRA 2025, eq. of their model M3 with `|τ_motor − τ_load|`
+/// for the transmitted torque.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LoadDependentFriction {
@@ -25,14 +31,14 @@ pub struct LoadDependentFriction {
 
 impl Law for LoadDependentFriction {
     const SITE: Site = Site::Guide;
-    const PHRASE: &'static str = "friction in proportion to the sliders' loads";
+    const PHRASE: &'static str = "friction proportional to load";
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1")];
     // Where the loads do not change it is Coulomb friction, which says the same with less.
     const RARITY: f64 = 3.0;
     const DOORS: &'static [Door] = &[Door::Load];
 
     fn applies(constants: &Constants) -> bool {
-        constants.has_slider_loads
+        constants.has_slider_loads || constants.has_transmission
     }
 
     fn fault(&self) -> Option<String> {
@@ -48,13 +54,26 @@ impl Law for LoadDependentFriction {
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        if !is_of_sliders(screen) {
+            return TRANSMISSION_STARTS.map(|coefficient| vec![coefficient]).to_vec();
+        }
         let force = screen.four_coefficients().map_or(0.05 * screen.largest_force, |[_, _, sign, _]| -sign);
         vec![vec![(force / weight(screen)).max(0.0)]]
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.0, screen.largest_force / weight(screen))]
+        let most = if is_of_sliders(screen) { screen.largest_force / weight(screen) } else { SELF_LOCKING };
+        vec![(0.0, most)]
     }
+}
+
+/// Loss of a good and of a poor gear, to start a fit from.
+const TRANSMISSION_STARTS: [f64; 2] = [0.05, 0.25];
+/// A transmission with this coefficient would hold any load by itself.
+const SELF_LOCKING: f64 = 1.0;
+
+fn is_of_sliders(screen: &Screen) -> bool {
+    screen.constants.as_ref().is_none_or(|constants| constants.has_slider_loads)
 }
 
 /// Weight of the moving part in N, to start a fit from.

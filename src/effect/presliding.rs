@@ -1,4 +1,4 @@
-//! Friction that yields before it slides.
+//! Presliding friction: bristles that deflect before they slide.
 
 use super::law::not_positive;
 use super::{Constants, Door, EffectId, Law, Parameter, Screen, Site};
@@ -29,7 +29,7 @@ pub struct Presliding {
 
 impl Law for Presliding {
     const SITE: Site = Site::Guide;
-    const PHRASE: &'static str = "friction that yields before it slides";
+    const PHRASE: &'static str = "presliding friction";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::effort("force_n", "torque_nm"),
         Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad"),

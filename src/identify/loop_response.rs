@@ -182,7 +182,11 @@ fn instrument(runs: &[&Run], part: Part) -> Result<Signal> {
 
 /// Instrument, input and output of a run.
 fn signals(run: &Run, part: Part, instrument: Signal) -> Result<[Vec<f64>; 3]> {
+    run.require_even("a frequency response")?;
     let [r, x] = [run.require(instrument)?, run.require(Signal::Position)?].map(<[f64]>::to_vec);
+    if part != Part::Structure {
+        run.require_whole_effort("a frequency response of plant or loop")?;
+    }
     Ok(match part {
         Part::Plant => [r, run.require(Signal::ControlEffort)?.to_vec(), x],
         Part::Structure => [r, run.require(Signal::Thrust)?.to_vec(), x],

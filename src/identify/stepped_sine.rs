@@ -65,7 +65,7 @@ pub struct Sine {
 /// the system the ratio is still that of the signals, as far as they are free of noise.
 ///
 /// # Errors
-/// Signals that are missing, runs that are too short, not settled, or no sine.
+/// Signals that are missing, uneven time stamps, runs that are too short, not settled, or no sine.
 pub fn sines(runs: &[&Run], input: Signal, output: Signal, gain: Gain) -> Result<Vec<Sine>> {
     let mut found = runs.iter().map(|run| of_run(run, input, output, gain)).collect::<Result<Vec<_>>>()?;
     found.sort_by(|a, b| a.point.frequency_hz.total_cmp(&b.point.frequency_hz));
@@ -73,6 +73,10 @@ pub fn sines(runs: &[&Run], input: Signal, output: Signal, gain: Gain) -> Result
 }
 
 fn of_run(run: &Run, input: Signal, output: Signal, gain: Gain) -> Result<Sine> {
+    run.require_even("a sweep")?;
+    if [input, output].contains(&Signal::ControlEffort) {
+        run.require_whole_effort("a sweep")?;
+    }
     let (u, y) = (run.require(input)?, run.require(output)?);
     let period_s = run.sample_period_s();
     let stated = run.metadata.get(FREQUENCY_KEY).and_then(toml::Value::as_float);

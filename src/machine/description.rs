@@ -2,9 +2,11 @@
 
 use super::{CrosscheckPlan, Provenance, Tolerance, TunePlan};
 use crate::base::Mode;
+use crate::controller::filter::MOST_FILTERS;
 use crate::controller::{AntiWindup, Cascade, Controller};
 use crate::drive::amplifier::Amplifier;
 use crate::drive::motor::Motor;
+use crate::drive::transmission::Transmission;
 use crate::effect::Effects;
 use crate::error::{Error, ErrorKind, Result};
 use crate::guide::Guide;
@@ -37,6 +39,9 @@ pub struct Description {
     pub amplifier: Amplifier,
     /// The motor.
     pub motor: Motor,
+    /// What lies between motor and joint; absent: the motor drives the joint directly.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub transmission: Option<Transmission>,
     /// The guide.
     #[serde(default)]
     pub guide: Guide,
@@ -141,6 +146,31 @@ impl Description {
                 finite("controller.velocity_feedforward", cascade.velocity_feedforward)?;
                 self.check_limit(cascade)
             }
+            Some(Controller::Pd(law)) => {
+                finite("controller.position_gain_v_per_m", law.position_gain_v_per_m)?;
+                finite("controller.derivative_gain_v_s_per_m", law.derivative_gain_v_s_per_m)?;
+                finite("controller.velocity_feedforward", law.velocity_feedforward)
+            }
+        }?;
+        self.check_filters()
+    }
+
+    fn check_filters(&self) -> Result<()> {
+        let filters = self.controller.as_ref().map_or(&[][..], Controller::filters);
+        if filters.len() > MOST_FILTERS {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .key("controller.filter")
+                .found(format!("{} filters", filters.len()))
+                .expected(format!("at most {MOST_FILTERS}"))
+                .remedy("leave out those that act outside the band of the axis"));
+        }
+        let faults = filters.iter().filter_map(|filter| filter.fault(self.sample_period_s));
+        match faults.into_iter().next() {
+            None => Ok(()),
+            Some((key, fault)) => Err(Error::new(ErrorKind::OutOfRange)
+                .key(format!("controller.filter.{key}"))
+                .found(fault)
+                .remedy("correct the filter")),
         }
     }
 
@@ -172,6 +202,13 @@ impl Description {
         zero_or_more("amplifier.delay_s", self.amplifier.delay_s)?;
         zero_or_more("amplifier.dead_zone_v", self.amplifier.dead_zone_v)?;
         finite("amplifier.offset_v", self.amplifier.offset_v)?;
+        if let Some(supply) = self.amplifier.supply_v {
+            positive("amplifier.supply_v", supply)?;
+        }
+        if let Some(transmission) = &self.transmission {
+            positive("transmission.ratio", transmission.ratio)?;
+            zero_or_more("transmission.rotor_inertia_kg_m2", transmission.rotor_inertia_kg_m2)?;
+        }
         match &self.motor {
             Motor::Winding(winding) => {
                 positive("motor.resistance_ohm", winding.resistance_ohm)?;

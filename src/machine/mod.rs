@@ -3,6 +3,7 @@
 //! A machine is a folder with `machine.toml`, the URDF and meshes it names, and a README that gives the
 //! source of every number. A new machine is a new folder; nothing in this crate knows one by name.
 
+mod carried;
 mod description;
 mod file_text;
 mod key_path;
@@ -18,6 +19,7 @@ pub use tolerance::Tolerance;
 
 use crate::base::Modes;
 use crate::drive::motor::{Circuit, Motor};
+use crate::drive::transmission::Transmission;
 use crate::effect::{Constants, Effect, EffectId};
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::sensor::End;
@@ -119,6 +121,7 @@ impl Machine {
                 .expected("more than zero after the payload is added")
                 .remedy("a negative payload must be smaller than the solid model's mass"));
         }
+        self.check_lever()?;
         if let Some(effect) = self.effects().iter().find(|e| self.is_hidden_in_current_loop(e.id())) {
             return Err(Error::new(ErrorKind::Inconsistent)
                 .file(&self.file)
@@ -126,6 +129,14 @@ impl Machine {
                 .found("an effect of a voltage-fed winding beside a motor of kind current_loop")
                 .expected("none: resistance, inductance and back-EMF are inside the closed current loop")
                 .remedy("take the effect out, or describe the motor as a winding"));
+        }
+        if constants.rotor_inertia > 0.0 && !constants.modes.as_slice().is_empty() {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .file(&self.file)
+                .key("transmission.rotor_inertia_kg_m2")
+                .found("a rotor inertia beside modes of the base")
+                .expected("one of the two: no plant has a rotor that turns while its base moves")
+                .remedy("leave out [base], or add the rotor's inertia at the joint as effect.payload"));
         }
         for slider in &self.description.guide.sliders {
             self.solid.link(slider).map_err(|e| e.key(slider.clone()).file(&self.file))?;
@@ -158,6 +169,15 @@ impl Machine {
         &self.table
     }
 
+    /// What to say where a control law is needed and none is stated; what for and what else to do is the caller's to add.
+    pub fn lacks_controller(&self) -> Error {
+        Error::new(ErrorKind::Missing)
+            .file(&self.file)
+            .key("controller")
+            .found("a machine without a control law")
+            .expected("the table [controller]")
+    }
+
     /// Prismatic or revolute.
     pub fn motion(&self) -> Motion {
         self.solid.joint.motion
@@ -176,15 +196,22 @@ impl Machine {
     /// The constants of the twin as stated, before any effect.
     pub fn stated_constants(&self) -> Constants {
         let d = &*self.description;
+        let rotor_inertia = d.transmission.as_ref().map_or(0.0, Transmission::inertia_at_joint);
         Constants {
             controller: d.controller.clone(),
             amplifier: match &d.motor {
                 Motor::CurrentLoop(current_loop) => current_loop.limited(d.amplifier.clone()),
                 Motor::Winding(_) | Motor::Direct(_) => d.amplifier.clone(),
+            }
+            .within_duty(),
+            circuit: match &d.transmission {
+                Some(transmission) => transmission.at_joint(Circuit::from(&d.motor)),
+                None => Circuit::from(&d.motor),
             },
-            circuit: Circuit::from(&d.motor),
             has_voltage_fed_winding: matches!(d.motor, Motor::Winding(_)),
-            moving_mass: self.solid.moving_inertia_along_joint(),
+            moving_mass: self.solid.moving_inertia_along_joint() + rotor_inertia,
+            rotor_inertia,
+            has_transmission: d.transmission.is_some(),
             viscous: d.guide.viscous_n_s_per_m,
             coulomb: 0.0,
             has_slider_loads: d.guide.sliders.len() == SLIDERS && self.motion() == Motion::Prismatic,
@@ -200,7 +227,9 @@ impl Machine {
 
     /// Weight along the joint with the effects at work; none for a level guide or a part balanced about its axis.
     pub fn weight(&self) -> Option<Weight> {
-        Weight::of(&self.solid, self.constants().moving_mass)
+        let constants = self.constants();
+        let weighing = constants.moving_mass - constants.rotor_inertia;
+        Weight::of(&self.solid.joint, &self.moving_body(), weighing)
     }
 
     /// The constants of the twin with its effects at work.

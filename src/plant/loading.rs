@@ -1,8 +1,8 @@
-//! Loads of the bearing sliders as a linear function of the forces along the joint.
+//! What friction may be in proportion to: loads of the bearing sliders, effort through the transmission.
 
 use super::rapier::{Reaction, Supports};
 use crate::machine::Machine;
-use crate::solid::GRAVITY_M_PER_S2;
+use crate::solid::{GRAVITY_M_PER_S2, Weight};
 use nalgebra::{Point3, Vector3};
 
 /// Loads of the sliders A–D reduced from the rigid-body scene, for plants that have no scene.
@@ -47,7 +47,9 @@ impl LoadModel {
         };
         // The reaction's moment is the opposite of what the force at `point` exerts about the centre.
         let couple = |point: Point3<f64>| loads(Vector3::zeros(), -(point - centre).cross(&along));
-        let weight = Vector3::new(0.0, 0.0, machine.constants().moving_mass * GRAVITY_M_PER_S2);
+        let constants = machine.constants();
+        let mass_kg = constants.moving_mass - constants.rotor_inertia;
+        let weight = Vector3::new(0.0, 0.0, mass_kg * GRAVITY_M_PER_S2);
         let weight = solid.joint.origin.rotation.inverse_transform_vector(&weight);
         Some(Self {
             // Along the joint the guide carries nothing: motor and friction do.
@@ -62,5 +64,73 @@ impl LoadModel {
         std::array::from_fn(|k| {
             self.at_rest[k] + self.per_motor_force[k] * motor + self.per_guide_force[k] * guide
         })
+    }
+}
+
+/// What friction in proportion to a load is in proportion to.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Load {
+    /// The sum of the magnitudes of the sliders' loads; the model of them, where the plant does not know them.
+    Sliders(LoadModel),
+    /// The magnitude of the effort through the transmission.
+    Transmitted(Transmitted),
+}
+
+/// The effort through a transmission, see [`Transmission`](crate::drive::transmission::Transmission).
+#[derive(Debug, Clone, PartialEq)]
+pub struct Transmitted {
+    /// The rotor's share of the inertia at the joint.
+    rotor_share: f64,
+    weight: Option<Weight>,
+    /// Inertial effort at an acceleration of 9.80665 m/s² (rad/s² of a revolute axis), N or N·m.
+    inertial: f64,
+}
+
+impl Load {
+    /// The sliders of a machine that has four of them, else its transmission, if any.
+    pub fn of(machine: &Machine) -> Option<Self> {
+        let constants = machine.constants();
+        if let Some(model) = LoadModel::of(machine).filter(|_| constants.has_slider_loads) {
+            return Some(Self::Sliders(model));
+        }
+        constants.has_transmission.then(|| {
+            Self::Transmitted(Transmitted {
+                rotor_share: constants.rotor_inertia / constants.moving_mass,
+                weight: machine.weight(),
+                inertial: GRAVITY_M_PER_S2 * constants.moving_mass,
+            })
+        })
+    }
+
+    /// The load in N or N·m at a position, under the motor's and the guide's force; `known` are the sliders' loads of a plant
+    /// that has them.
+    #[inline]
+    pub fn magnitude(&self, known: Option<[f64; 4]>, forces: [f64; 2], position: f64) -> f64 {
+        match self {
+            Self::Sliders(model) => {
+                known.unwrap_or_else(|| model.loads(forces)).iter().map(|load| load.abs()).sum()
+            }
+            Self::Transmitted(transmitted) => transmitted.effort(forces[0], position).abs(),
+        }
+    }
+
+    /// A load that is usual for the machine, in N or N·m: that of the sliders at rest; the largest weight, or without weight the
+    /// inertial effort at 9.80665 m/s² (rad/s²).
+    pub fn usual(&self) -> f64 {
+        match self {
+            Self::Sliders(_) => self.magnitude(None, [0.0; 2], 0.0),
+            Self::Transmitted(transmitted) => {
+                transmitted.weight.as_ref().map_or(transmitted.inertial, Weight::largest)
+            }
+        }
+    }
+}
+
+impl Transmitted {
+    /// Effort through the transmission in N or N·m, while the motor exerts `motor` at a position.
+    #[inline]
+    pub fn effort(&self, motor: f64, position: f64) -> f64 {
+        let weight = self.weight.as_ref().map_or(0.0, |weight| weight.effort(position));
+        (1.0 - self.rotor_share) * motor - self.rotor_share * weight
     }
 }

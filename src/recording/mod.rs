@@ -55,7 +55,7 @@ use sha2::{Digest, Sha256};
 
 pub use columns::Conversion;
 pub use plausibility::{Finding, plausibility};
-pub use run::{Role, Run};
+pub use run::{FEEDFORWARD_KEY, Role, Run};
 pub use signal::{Signal, TIME_KEY};
 pub use split::{HeldOutRuns, SplitRule, TrainingRuns};
 pub use timing::{PeriodSource, Timing};
@@ -90,9 +90,10 @@ impl Recording {
     ///
     /// # Errors
     /// No runs, a run name twice, runs of different motion or sample period (beyond 0.1 %; within it the
-    /// period of the first run in alphabetical order holds for all).
+    /// period of the first run in alphabetical order holds for all). Runs with uneven time stamps have each their own.
     pub fn new(mut runs: Vec<Run>) -> Result<Self> {
-        let Some(first) = runs.iter().min_by(|a, b| a.name().cmp(b.name())) else {
+        let even_first = |run: &&Run| (run.instants_s().is_some(), run.name().to_owned());
+        let Some(first) = runs.iter().min_by_key(even_first) else {
             return Err(Error::new(ErrorKind::TooLittleData)
                 .key("run")
                 .found("a recording without runs")
@@ -110,6 +111,9 @@ impl Recording {
                 let expected = format!("a {motion} one, as in `{name}`");
                 return Err(inconsistent(run, &format!("a {} axis", run.motion()), &expected)
                     .remedy("make a recording for each axis"));
+            }
+            if run.instants_s().is_some() {
+                continue;
             }
             if (run.sample_period_s() / period - 1.0).abs() > PERIOD_AGREEMENT {
                 let found = format!("a sample period of {} s", run.sample_period_s());
@@ -136,7 +140,15 @@ impl Recording {
     /// Everything that is wrong with the file, its runs, their columns or their units is refused with file,
     /// row, key and remedy; see the module for the format.
     pub fn read(path: impl AsRef<Path>) -> Result<Self> {
-        read::recording(path.as_ref())
+        read::recording(path.as_ref(), read::Content::Measured)
+    }
+
+    /// The same where runs need not hold anything measured: a position reference, say, that an axis is to be told.
+    ///
+    /// # Errors
+    /// As [`Recording::read`].
+    pub fn read_commands(path: impl AsRef<Path>) -> Result<Self> {
+        read::recording(path.as_ref(), read::Content::Commands)
     }
 
     /// Whether the axis slides or turns.

@@ -12,7 +12,7 @@ use super::document::Document;
 use super::manifest::{DATA_VARIABLE, FILE_NAME, Manifest, RunEntry};
 use super::plausibility::plausibility;
 use super::resolve::resolve;
-use super::run::{Run, hex};
+use super::run::{Run, check_measured, hex};
 use super::signal::{Signal, TIME_KEY};
 use super::table::Table;
 use super::timing::Timing;
@@ -22,7 +22,16 @@ use crate::units::{Dimension, Motion};
 const SMALLEST_MANIFEST: &str =
     "the smallest is `[[run]]` with `file = \"log.csv\"`, and `[columns]` where names differ";
 
-pub(super) fn recording(path: &Path) -> Result<Recording> {
+/// What a run must hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Content {
+    /// Something that was measured.
+    Measured,
+    /// Any signal: what an axis is to be told.
+    Commands,
+}
+
+pub(super) fn recording(path: &Path, content: Content) -> Result<Recording> {
     let manifest = Manifest::load(&manifest_path(path)?, std::env::var_os(DATA_VARIABLE))?;
     let read: Vec<Result<Reading>> = manifest
         .runs
@@ -40,6 +49,10 @@ pub(super) fn recording(path: &Path) -> Result<Recording> {
                 Some(known) => known.runs.extend(conversion.runs),
                 None => units_read.push(conversion),
             }
+        }
+        if content == Content::Measured {
+            let checked = check_measured(&reading.signals, motion);
+            checked.map_err(|error| error.key(entry.name.clone()).file(&entry.file))?;
         }
         runs.push(reading.into_run(entry, motion).map_err(|error| error.file(&entry.file))?);
     }
@@ -130,6 +143,8 @@ struct Reading {
     extra_columns: BTreeMap<String, Vec<f64>>,
     timing: Timing,
     start_s: f64,
+    /// Times of the samples, where they are uneven.
+    instants_s: Option<Vec<f64>>,
     sha256: String,
     ignored_columns: Vec<String>,
     conversions: Vec<Conversion>,
@@ -155,7 +170,7 @@ impl Reading {
         let mut conversions = Vec::new();
         let declared = manifest.sample_period_s;
         let time = resolved.time.as_ref().and_then(|source| Some((source, columns.values.pop()?)));
-        let (timing, start_s) = match time {
+        let (timing, start_s, instants_s) = match time {
             Some((source, mut time_s)) => {
                 source.convert(&mut time_s);
                 conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
@@ -163,14 +178,17 @@ impl Reading {
                 columns.cut(used.clone());
                 let timing = Timing::of_column(&time_s[used.clone()], declared, columns.first_row)
                     .map_err(|error| error.key(source.column.clone()))?;
-                (timing, time_s.get(used.start).copied().unwrap_or_default())
+                let start_s = time_s.get(used.start).copied().unwrap_or_default();
+                let instants = || time_s[used.clone()].iter().map(|t| t - start_s).collect();
+                let instants_s = timing.is_uneven().then(instants);
+                (timing, start_s, instants_s)
             }
             None => {
                 let period = declared.unwrap_or_default();
                 let count = columns.values.first().map_or(0, Vec::len);
                 let used = entry.range.of(count, |k| k as f64 * period)?;
                 columns.cut(used.clone());
-                (Timing::declared(period), used.start as f64 * period)
+                (Timing::declared(period), used.start as f64 * period, None)
             }
         };
         let extra = columns.values.split_off(resolved.signals.len());
@@ -189,6 +207,7 @@ impl Reading {
             extra_columns,
             timing,
             start_s,
+            instants_s,
             sha256: columns.sha256,
             ignored_columns: resolved.ignored,
             conversions,
@@ -205,6 +224,9 @@ impl Reading {
         run.settings.clone_from(&entry.settings);
         run.file.clone_from(&entry.file);
         run.timing = self.timing;
+        if let Some(instants_s) = self.instants_s {
+            run.set_instants_s(instants_s);
+        }
         run.ignored_columns = self.ignored_columns;
         Ok(run)
     }

@@ -13,6 +13,9 @@ use super::timing::Timing;
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::Motion;
 
+/// The key of a run under which a recording states what was fed forward beside the logged effort.
+pub const FEEDFORWARD_KEY: &str = "feedforward";
+
 /// What a run may be used for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -53,6 +56,7 @@ pub struct Run {
     sample_period_s: f64,
     signals: Arc<BTreeMap<Signal, Vec<f64>>>,
     extra_columns: Arc<BTreeMap<String, Vec<f64>>>,
+    instants_s: Option<Arc<Vec<f64>>>,
     /// What it may be used for, where that was declared.
     pub role: Option<Role>,
     /// Time of the first sample.
@@ -83,12 +87,14 @@ impl Run {
         sample_period_s: f64,
         signals: BTreeMap<Signal, Vec<f64>>,
     ) -> Result<Self> {
-        let mut run = Self::of_file(name.into(), motion, sample_period_s, signals, String::new())?;
+        let name = name.into();
+        check_measured(&signals, motion).map_err(|error| error.key(name.clone()))?;
+        let mut run = Self::of_file(name, motion, sample_period_s, signals, String::new())?;
         run.sha256 = samples_sha256(sample_period_s, &run.signals, motion);
         Ok(run)
     }
 
-    /// A run with the hash of the file that it was read from.
+    /// A run with the hash of the file that it was read from; whether anything was measured is the caller's to ask.
     pub(super) fn of_file(
         name: String,
         motion: Motion,
@@ -111,6 +117,7 @@ impl Run {
             sample_period_s,
             signals: Arc::new(signals),
             extra_columns: Arc::default(),
+            instants_s: None,
             role: None,
             start_s: 0.0,
             metadata: toml::Table::new(),
@@ -159,6 +166,68 @@ impl Run {
         self.sample_period_s = sample_period_s;
     }
 
+    /// Times of the samples from the first one on, where they were not taken by an even clock
+    /// ([`Timing::is_uneven`]); none where they were.
+    pub fn instants_s(&self) -> Option<&[f64]> {
+        self.instants_s.as_ref().map(|instants| instants.as_slice())
+    }
+
+    /// Time of a sample since the first one, in s.
+    pub fn time_s(&self, sample: usize) -> f64 {
+        self.instants_s().map_or(sample as f64 * self.sample_period_s, |instants| instants[sample])
+    }
+
+    pub(super) fn set_instants_s(&mut self, instants_s: Vec<f64>) {
+        self.instants_s = Some(Arc::new(instants_s));
+    }
+
+    /// The same run on an even clock: signals between two time stamps on a straight line, `torque_enabled` held.
+    ///
+    /// # Errors
+    /// A period that is not positive.
+    pub fn resampled(&self, period_s: f64) -> Result<Self> {
+        let Some(instants) = self.instants_s() else { return Ok(self.clone()) };
+        let last = instants.last().copied().unwrap_or(0.0);
+        let count = (last / period_s) as usize + 1;
+        let places: Vec<(usize, f64)> = (0..count)
+            .map(|k| {
+                let t = k as f64 * period_s;
+                let row = instants.partition_point(|instant| *instant <= t).saturating_sub(1);
+                let next = (row + 1).min(instants.len() - 1);
+                let interval = instants[next] - instants[row];
+                (row, if interval > 0.0 { ((t - instants[row]) / interval).min(1.0) } else { 0.0 })
+            })
+            .collect();
+        let resampled = |(signal, samples): (&Signal, &Vec<f64>)| {
+            let at = |&(row, share): &(usize, f64)| {
+                let share = if *signal == Signal::TorqueEnabled { 0.0 } else { share };
+                let next = samples[(row + 1).min(samples.len() - 1)];
+                samples[row] + share * (next - samples[row])
+            };
+            (*signal, places.iter().map(at).collect())
+        };
+        let signals = self.signals.iter().map(resampled).collect();
+        let mut run = Self::of_file(self.name.clone(), self.motion, period_s, signals, self.sha256.clone())?;
+        run.role = self.role;
+        run.start_s = self.start_s;
+        run.metadata.clone_from(&self.metadata);
+        run.settings.clone_from(&self.settings);
+        run.file.clone_from(&self.file);
+        run.ignored_columns.clone_from(&self.ignored_columns);
+        Ok(run)
+    }
+
+    /// The same run with other samples of its signals, with its settings and time stamps, as if made in memory.
+    ///
+    /// # Errors
+    /// As [`Run::new`].
+    pub fn with_signals(&self, signals: BTreeMap<Signal, Vec<f64>>) -> Result<Self> {
+        let mut run = Self::new(self.name.clone(), self.motion, self.sample_period_s, signals)?;
+        run.settings.clone_from(&self.settings);
+        run.instants_s.clone_from(&self.instants_s);
+        Ok(run)
+    }
+
     /// Number of samples; at least one.
     #[expect(clippy::len_without_is_empty, reason = "a run is never empty")]
     pub fn len(&self) -> usize {
@@ -167,7 +236,7 @@ impl Run {
 
     /// From the first sample to the last.
     pub fn duration_s(&self) -> f64 {
-        (self.len() - 1) as f64 * self.sample_period_s
+        self.time_s(self.len() - 1)
     }
 
     /// All signals in signal-path order.
@@ -178,6 +247,39 @@ impl Run {
     /// The samples of a signal, if it was logged.
     pub fn signal(&self, signal: Signal) -> Option<&[f64]> {
         self.signals.get(&signal).map(Vec::as_slice)
+    }
+
+    /// Refuses a run with uneven time stamps, for `purpose`, which needs an even clock.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Inconsistent`] where the time stamps are uneven.
+    pub fn require_even(&self, purpose: &str) -> Result<()> {
+        if self.instants_s.is_none() {
+            return Ok(());
+        }
+        let stray_s = self.timing.wander_s;
+        let error = Error::new(ErrorKind::Inconsistent)
+            .key(format!("{}.{TIME_KEY}", self.name))
+            .found(format!("time stamps that stray by up to {stray_s:.1e} s from an even clock"))
+            .expected(format!("an even clock: {purpose} compares each sample with the one before"))
+            .remedy("resample the log, or state sample_period_s if the clock is even and its stamps are not");
+        Err(if self.file.as_os_str().is_empty() { error } else { error.file(&self.file) })
+    }
+
+    /// Refuses a run whose logged effort is not the whole one, for `purpose`, which needs that.
+    ///
+    /// # Errors
+    /// [`ErrorKind::Inconsistent`] where the run states a feed-forward.
+    pub fn require_whole_effort(&self, purpose: &str) -> Result<()> {
+        let Some(stated) = self.metadata.get(FEEDFORWARD_KEY) else { return Ok(()) };
+        let error = Error::new(ErrorKind::Inconsistent)
+            .key(format!("{}.{FEEDFORWARD_KEY}", self.name))
+            .found(format!("{FEEDFORWARD_KEY} = {stated}: the logged effort is the feedback's share"))
+            .expected(format!(
+                "runs without feed-forward: {purpose} takes the logged effort for the whole one"
+            ))
+            .remedy("use runs without feed-forward, or log current, thrust or torque and take that");
+        Err(if self.file.as_os_str().is_empty() { error } else { error.file(&self.file) })
     }
 
     /// The samples of a signal that the caller cannot do without.
@@ -210,15 +312,20 @@ fn check_name(name: &str) -> Result<()> {
         .remedy("rename the run, with `name = \"…\"` in its [[run]] if need be"))
 }
 
-fn check_signals(signals: &BTreeMap<Signal, Vec<f64>>, motion: Motion) -> Result<()> {
-    if !signals.keys().any(|signal| signal.is_measured()) {
-        let measured = Signal::ALL.into_iter().filter(|signal| signal.is_measured());
-        let keys: Vec<_> = measured.map(|signal| signal.key(motion)).collect();
-        return Err(Error::new(ErrorKind::Missing)
-            .found("a run without any measured signal")
-            .expected(format!("at least one of {}", keys.join(", ")))
-            .remedy("name the columns so, or map them in [columns] of recording.toml"));
+/// Refuses signals of which none was measured.
+pub(super) fn check_measured(signals: &BTreeMap<Signal, Vec<f64>>, motion: Motion) -> Result<()> {
+    if signals.keys().any(|signal| signal.is_measured()) {
+        return Ok(());
     }
+    let measured = Signal::ALL.into_iter().filter(|signal| signal.is_measured());
+    let keys: Vec<_> = measured.map(|signal| signal.key(motion)).collect();
+    Err(Error::new(ErrorKind::Missing)
+        .found("a run without any measured signal")
+        .expected(format!("at least one of {}", keys.join(", ")))
+        .remedy("name the columns so, or map them in [columns] of recording.toml"))
+}
+
+fn check_signals(signals: &BTreeMap<Signal, Vec<f64>>, motion: Motion) -> Result<()> {
     let length = signals.values().next().map_or(0, Vec::len);
     if length == 0 {
         return Err(Error::new(ErrorKind::TooLittleData)

@@ -16,11 +16,15 @@ pub enum Signal {
     PositionReference,
     /// The velocity that the axis was told to have at this sample.
     VelocityReference,
+    /// 1 while the drive is enabled, 0 while its bridge is open and the motor exerts nothing.
+    TorqueEnabled,
     /// Voltage injected between controller and amplifier, as an experimenter's disturbance.
     DisturbanceVoltage,
     /// The command given to the amplifier, in V, **with an injected disturbance voltage included**:
     /// that is what logs show. What the controller alone asked for is this less [`Signal::DisturbanceVoltage`].
     ControlEffort,
+    /// Supply voltage of an amplifier that is commanded by a duty cycle.
+    SupplyVoltage,
     /// Current of the motor; for a synchronous motor the force-producing (quadrature) one.
     Current,
     /// Force (N) or torque (N·m) of the motor on the moving part, before friction.
@@ -40,11 +44,13 @@ type Row = (&'static str, &'static str, Dimension, Dimension, &'static str);
 
 impl Signal {
     /// Every signal, in signal-path order.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::PositionReference,
         Self::VelocityReference,
+        Self::TorqueEnabled,
         Self::DisturbanceVoltage,
         Self::ControlEffort,
+        Self::SupplyVoltage,
         Self::Current,
         Self::Thrust,
         Self::DisturbanceForce,
@@ -54,7 +60,7 @@ impl Signal {
     ];
 
     const fn row(self) -> Row {
-        use Dimension::{Angle, AngularVelocity, Current, Force, Length, Torque, Velocity, Voltage};
+        use Dimension::{Angle, AngularVelocity, Current, Force, Length, Ratio, Torque, Velocity, Voltage};
         match self {
             Self::PositionReference => {
                 ("position_reference_m", "position_reference_rad", Length, Angle, "position reference")
@@ -66,6 +72,10 @@ impl Signal {
                 AngularVelocity,
                 "velocity reference",
             ),
+            Self::TorqueEnabled => ("torque_enabled", "torque_enabled", Ratio, Ratio, "torque enable"),
+            Self::SupplyVoltage => {
+                ("supply_voltage_v", "supply_voltage_v", Voltage, Voltage, "supply voltage")
+            }
             Self::DisturbanceVoltage => {
                 ("disturbance_v", "disturbance_v", Voltage, Voltage, "disturbance voltage")
             }

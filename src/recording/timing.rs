@@ -6,8 +6,14 @@ use crate::error::{Error, ErrorKind, Result};
 const JITTER_FRACTION: f64 = 0.01;
 /// An interval longer than this many periods is a gap: samples are missing.
 const GAP_PERIODS: f64 = 1.5;
+/// The same where samples were taken at uneven times.
+const UNEVEN_GAP_PERIODS: f64 = 10.0;
+/// A clock has fewer intervals than this share that are no whole number of periods.
+const UNEVEN_SHARE: f64 = 0.1;
 /// Declared and measured period must agree to this fraction; the clocks of drives do, to a few 1e-5.
 const PERIOD_AGREEMENT: f64 = 1e-3;
+/// A time stamp this many periods off an even clock belongs to another sample of it.
+const STRAYED_PERIODS: f64 = 0.5;
 /// Rows of irregular intervals that are kept for reports.
 const ROWS_KEPT: usize = 20;
 
@@ -37,8 +43,14 @@ pub struct Timing {
     pub worst_jitter_row: Option<u64>,
     /// Number of intervals that are off by more than 1 % of the period.
     pub irregular_intervals: usize,
+    /// Number of intervals.
+    pub intervals: usize,
+    /// Number of intervals that are off by more than 1 % of the period from any whole number of periods.
+    pub off_grid_intervals: usize,
     /// Rows at the end of the first of these.
     pub irregular_rows: Vec<u64>,
+    /// Largest distance of a time stamp from the even clock that begins with the first one and has the period.
+    pub wander_s: f64,
 }
 
 impl Timing {
@@ -51,8 +63,20 @@ impl Timing {
             worst_jitter_s: 0.0,
             worst_jitter_row: None,
             irregular_intervals: 0,
+            intervals: 0,
+            off_grid_intervals: 0,
             irregular_rows: Vec::new(),
+            wander_s: 0.0,
         }
+    }
+
+    /// Whether the samples were taken at uneven times, not by a clock: no period is declared, more than a tenth of the
+    /// intervals are no whole number of periods, and the time stamps stray from an even clock by more than half a period. Rounded stamps and
+    /// stamps that jitter about a clock do not stray, and where a clock's samples are lost the intervals are whole.
+    pub fn is_uneven(&self) -> bool {
+        self.source == PeriodSource::Measured
+            && self.off_grid_intervals as f64 > UNEVEN_SHARE * self.intervals as f64
+            && self.wander_s > STRAYED_PERIODS * self.sample_period_s
     }
 
     /// The worst jitter as a fraction of the period.
@@ -82,13 +106,15 @@ impl Timing {
                     .remedy("take the run out, or give sample_period_s")
             });
         };
-        refuse_gap(time_s, declared_s.unwrap_or(measured), first_row)?;
+        let timing = Self::intervals(time_s, declared_s, measured, first_row);
+        let most_periods = if timing.is_uneven() { UNEVEN_GAP_PERIODS } else { GAP_PERIODS };
+        refuse_gap(time_s, timing.sample_period_s, most_periods, first_row)?;
         if let Some(declared) = declared_s
             && (measured / declared - 1.0).abs() > PERIOD_AGREEMENT
         {
             return Err(disagreement(declared, measured));
         }
-        Ok(Self::intervals(time_s, declared_s, measured, first_row))
+        Ok(timing)
     }
 
     fn intervals(time_s: &[f64], declared_s: Option<f64>, measured: f64, first_row: u64) -> Self {
@@ -97,8 +123,16 @@ impl Timing {
         timing.measured_period_s = Some(measured);
         timing.source =
             if declared_s.is_some() { PeriodSource::DeclaredAndMeasured } else { PeriodSource::Measured };
+        timing.intervals = time_s.len() - 1;
+        let even = time_s.iter().enumerate().map(|(k, t)| (t - time_s[0] - k as f64 * period).abs());
+        timing.wander_s = even.fold(0.0, f64::max);
         for (index, pair) in time_s.windows(2).enumerate() {
-            let off = (pair[1] - pair[0] - period).abs();
+            let interval = pair[1] - pair[0];
+            let off = (interval - period).abs();
+            let periods = (interval / period).round().max(1.0);
+            if (interval - periods * period).abs() > JITTER_FRACTION * period {
+                timing.off_grid_intervals += 1;
+            }
             let row = first_row + index as u64 + 1;
             if off > timing.worst_jitter_s {
                 timing.worst_jitter_s = off;
@@ -133,9 +167,9 @@ fn measured_period(time_s: &[f64]) -> Option<f64> {
     Some(format!("{period:.11e}").parse().unwrap_or(period))
 }
 
-fn refuse_gap(time_s: &[f64], period: f64, first_row: u64) -> Result<()> {
+fn refuse_gap(time_s: &[f64], period: f64, most_periods: f64, first_row: u64) -> Result<()> {
     // When most intervals are too long the period itself is wrong: that is said elsewhere, not as a gap.
-    let is_gap = |pair: &[f64]| pair[1] - pair[0] > GAP_PERIODS * period;
+    let is_gap = |pair: &[f64]| pair[1] - pair[0] > most_periods * period;
     let gaps = time_s.windows(2).filter(|pair| is_gap(pair)).count();
     let Some(at) = time_s.windows(2).position(is_gap) else { return Ok(()) };
     if 2 * gaps > time_s.len() - 1 {
@@ -188,6 +222,21 @@ mod tests {
         let timing = Timing::of_column(&time, None, 2).unwrap();
         assert!((timing.sample_period_s - 250e-6).abs() < 1e-6);
         assert!(timing.irregular_intervals > 90);
+    }
+
+    #[test]
+    fn exact_polled_samples_are_uneven_and_those_of_a_clock_are_not() {
+        let uneven = |time: Vec<f64>, declared| Timing::of_column(&time, declared, 2).unwrap().is_uneven();
+        // 5.3 ms, then 3.5 ms when there is less to poll.
+        let polled: Vec<f64> =
+            (0..200).map(|k| f64::from(k) * 5.3e-3 - f64::from((k - 100).max(0)) * 1.8e-3).collect();
+        assert!(uneven(polled.clone(), None));
+        let coarse: Vec<f64> = (0..1000).map(|k| (f64::from(k) * 2.5).round() * 1e-4).collect();
+        let jittery: Vec<f64> =
+            (0..1000).map(|k| (f64::from(k) + 0.4 * f64::from(k * k % 7) / 7.0) * 1e-3).collect();
+        assert!(!uneven(coarse, None) && !uneven(jittery, None));
+        let steady: Vec<f64> = (0..1000).map(|k| f64::from(k) * 1e-3).collect();
+        assert!(!uneven(steady, Some(1e-3)));
     }
 
     #[test]

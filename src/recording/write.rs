@@ -70,7 +70,10 @@ impl Recording {
 
     fn manifest_text(&self, folder: &Path, format: Format) -> Result<String> {
         let mut top = toml::Table::new();
-        top.insert("sample_period_s".into(), self.sample_period_s.into());
+        // Uneven time stamps speak for themselves.
+        if self.runs.iter().all(|run| run.instants_s().is_none()) {
+            top.insert("sample_period_s".into(), self.sample_period_s.into());
+        }
         top.insert("motion".into(), self.motion.to_string().into());
         if let Some(note) = &self.note {
             top.insert("note".into(), note.clone().into());
@@ -115,7 +118,7 @@ fn run_table(run: &Run, format: Format) -> toml::Table {
 
 /// Columns of a run as they are written: time first, then signals in signal-path order, then the extra ones.
 fn write_run(run: &Run, path: &Path, format: Format) -> Result<()> {
-    let time: Vec<f64> = (0..run.len()).map(|k| run.start_s + k as f64 * run.sample_period_s()).collect();
+    let time: Vec<f64> = (0..run.len()).map(|k| run.start_s + run.time_s(k)).collect();
     let signals = run.signals().iter().map(|(signal, samples)| (signal.key(run.motion()), samples));
     let extra = run.extra_columns().iter().map(|(name, samples)| (name.as_str(), samples));
     let columns = [(TIME_KEY, &time)].into_iter().chain(signals).chain(extra);

@@ -1,10 +1,9 @@
 //! A recorded run beside what the machine's twin makes of it: how far each signal is off.
 
-use super::feedforward::RUN_KEY;
-use super::{Cell, Feedforward, Figures, PlantChoice, Recorded, Traces};
+use super::{Cell, Figures, PlantChoice, Published, Recorded, Traces};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
-use crate::plant::{Plant, axis::Axis, mujoco::MujocoRig, rapier::Rig};
+use crate::plant::{axis::Axis, mujoco::MujocoRig, rapier::Rig};
 use crate::recording::{Run, Signal};
 use crate::twin::Sensing;
 use crate::units::Motion;
@@ -65,7 +64,7 @@ impl Agreement {
     }
 }
 
-/// What drives the twin along a recorded run.
+/// What drives a machine along a recorded run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DrivenBy {
     /// The recorded position reference, the loop closed by the machine's controller.
@@ -94,6 +93,8 @@ pub struct Compared {
     pub driven_by: DrivenBy,
     /// How far each logged signal is off.
     pub agreement: Vec<Agreement>,
+    /// Figures of merit that the run states as published.
+    pub published: Vec<Published>,
     /// Figures of recording and twin, where the run states stroke and feed and has a reference.
     pub figures: Option<[Figures; 2]>,
 }
@@ -103,61 +104,37 @@ impl Compared {
     ///
     /// # Errors
     /// A run without position, or with neither a reference that the machine's controller could follow nor an effort;
-    /// another sample period or kind of motion than the machine's; a setting that the machine does not have; stroke and
-    /// feed that are none; what the plant refuses.
+    /// another sample period or kind of motion than the machine's; a setting that the machine does not have; a
+    /// feed-forward that cannot be told; stroke and feed that are none; published figures that are none; what the plant
+    /// refuses.
     pub fn of(run: &Run, machine: &Machine, plant: PlantChoice) -> Result<Self> {
-        check(run, machine)?;
+        check_motion(run, machine)?;
+        // Uneven time stamps have no period to agree with: the twin is read at them.
+        if run.instants_s().is_none() {
+            check_period(run, machine)?;
+        }
         let machine = as_set(run, machine)?;
-        let cell = Cell::of_run(run)?;
+        let (cell, published) = (Cell::of_run(run)?, Published::of(run)?);
         let (recorded, driven_by) = driven(run, &machine)?;
-        let feedforward = feedforward(run, driven_by)?;
-        let walk = Walk { recorded: &recorded, machine: &machine, feedforward };
+        let recorded = recorded.on_controller_clock(run, machine.description().sample_period_s);
+        let sensing = Sensing::Perfect;
         let twin = match plant {
-            PlantChoice::Rapier => walk.on(Rig::new(&machine)?),
-            PlantChoice::Axis => walk.on(Axis::of(&machine.constants())),
-            PlantChoice::Mujoco => walk.on(MujocoRig::new(&machine)?),
+            PlantChoice::Rapier => recorded.replay(&machine, Rig::new(&machine)?, sensing),
+            PlantChoice::Axis => recorded.replay(&machine, Axis::of(&machine.constants()), sensing),
+            PlantChoice::Mujoco => recorded.replay(&machine, MujocoRig::new(&machine)?, sensing),
         };
-        let agreement = agreement(run, &machine, &twin);
+        let agreement = agreement(run, &machine, &twin, driven_by);
         let figures = match cell {
             Some(cell) => figures(run, cell.stroke(run.motion())?.feed, &twin),
             None => None,
         };
-        Ok(Self { run: run.clone(), twin, driven_by, agreement, figures })
+        Ok(Self { run: run.clone(), twin, driven_by, agreement, published, figures })
     }
 
     /// Of one signal.
     pub fn of_signal(&self, signal: Signal) -> Option<&Agreement> {
         self.agreement.iter().find(|agreement| agreement.signal == signal)
     }
-}
-
-/// A replay but for its plant.
-struct Walk<'a> {
-    recorded: &'a Recorded,
-    machine: &'a Machine,
-    feedforward: Option<Feedforward>,
-}
-
-impl Walk<'_> {
-    fn on<P: Plant>(&self, plant: P) -> Traces {
-        match &self.feedforward {
-            Some(forward) => {
-                let replayed = forward.replay(self.recorded, self.machine, plant, Sensing::Perfect);
-                let effort_v = replayed.feedback_v();
-                Traces { effort_v, ..replayed.traces }
-            }
-            None => self.recorded.replay(self.machine, plant, Sensing::Perfect),
-        }
-    }
-}
-
-/// The inverse-dynamics feed-forward that a run states; its logged effort is then the feedback's share. A twin driven by
-/// that effort alone does not get it.
-fn feedforward(run: &Run, driven_by: DrivenBy) -> Result<Option<Feedforward>> {
-    if driven_by == DrivenBy::Effort || !run.metadata.contains_key(RUN_KEY) {
-        return Ok(None);
-    }
-    Feedforward::of(run).map(Some)
 }
 
 /// An error about a run: its file, its name and the key.
@@ -179,11 +156,17 @@ pub fn as_set(run: &Run, machine: &Machine) -> Result<Machine> {
     })
 }
 
-/// Refuses a run of another kind of axis, or at another sample period, than the machine's.
+/// Refuses a run of another kind of axis than the machine's, at another sample period, or with uneven time stamps.
 ///
 /// # Errors
 /// Such a run.
 pub fn check(run: &Run, machine: &Machine) -> Result<()> {
+    check_motion(run, machine)?;
+    run.require_even("what is asked for")?;
+    check_period(run, machine)
+}
+
+fn check_motion(run: &Run, machine: &Machine) -> Result<()> {
     if run.motion() != machine.motion() {
         let kind = |motion| if motion == Motion::Prismatic { "slides" } else { "turns" };
         return Err(at(Error::new(ErrorKind::Inconsistent), run, "motion")
@@ -191,6 +174,10 @@ pub fn check(run: &Run, machine: &Machine) -> Result<()> {
             .expected(format!("one that {}, as does the machine", kind(machine.motion())))
             .remedy("name the machine that was recorded, or correct the signals' names"));
     }
+    Ok(())
+}
+
+fn check_period(run: &Run, machine: &Machine) -> Result<()> {
     let period_s = machine.description().sample_period_s;
     if (run.sample_period_s() / period_s - 1.0).abs() > PERIOD_AGREEMENT {
         return Err(at(Error::new(ErrorKind::Inconsistent), run, "sample_period_s")
@@ -201,16 +188,17 @@ pub fn check(run: &Run, machine: &Machine) -> Result<()> {
     Ok(())
 }
 
-/// Commands and start, and what they are.
-fn driven(run: &Run, machine: &Machine) -> Result<(Recorded, DrivenBy)> {
-    let reference = run.signal(Signal::PositionReference);
+/// What of a run drives a machine: its position reference where the machine has a controller, else its effort.
+///
+/// # Errors
+/// A run with neither.
+pub fn driven_by(run: &Run, machine: &Machine) -> Result<DrivenBy> {
     let has_controller = machine.description().controller.is_some();
-    if let (Some(reference), true) = (reference, has_controller) {
-        return Ok((Recorded::along(run, reference)?, DrivenBy::Reference));
+    if has_controller && run.signal(Signal::PositionReference).is_some() {
+        return Ok(DrivenBy::Reference);
     }
-    if let Some(effort_v) = run.signal(Signal::ControlEffort) {
-        let along = reference.map_or_else(|| run.require(Signal::Position), Ok)?;
-        return Ok((Recorded::along(run, along)?.driven_by(effort_v), DrivenBy::Effort));
+    if run.signal(Signal::ControlEffort).is_some() {
+        return Ok(DrivenBy::Effort);
     }
     let motion = run.motion();
     let reference_key = Signal::PositionReference.key(motion);
@@ -227,11 +215,25 @@ fn driven(run: &Run, machine: &Machine) -> Result<(Recorded, DrivenBy)> {
         .remedy(format!("log {reference_key} or {effort_key}, or state [controller] in the machine file")))
 }
 
-fn agreement(run: &Run, machine: &Machine, twin: &Traces) -> Vec<Agreement> {
+/// Commands and start, and what they are.
+fn driven(run: &Run, machine: &Machine) -> Result<(Recorded, DrivenBy)> {
+    let driven_by = driven_by(run, machine)?;
+    let reference = run.signal(Signal::PositionReference);
+    let along = reference.map_or_else(|| run.require(Signal::Position), Ok)?;
+    let recorded = Recorded::along(run, along, machine)?;
+    Ok(match driven_by {
+        DrivenBy::Reference => (recorded, driven_by),
+        DrivenBy::Effort => (recorded.driven_by(run.require(Signal::ControlEffort)?), driven_by),
+    })
+}
+
+fn agreement(run: &Run, machine: &Machine, twin: &Traces, driven_by: DrivenBy) -> Vec<Agreement> {
     let description = machine.description();
     let is_predicted = |signal: &Signal| match signal {
         Signal::Current => description.motor.has_current(),
         Signal::LoadPosition => description.load_sensor.is_some(),
+        // What drives the twin is no prediction of it.
+        Signal::ControlEffort => driven_by == DrivenBy::Reference,
         _ => true,
     };
     let of = |signal| Some(Agreement::between(signal, run.signal(signal)?, twin.signal(signal)?));

@@ -112,7 +112,7 @@ impl Excitation {
 
     fn on_scene(&self, machine: &Machine, constants: &Constants, force: &[f64]) -> Result<Vec<f64>> {
         let steps = (self.period_s / STEP_S - 1e-9).ceil().max(1.0);
-        let solid = machine.solid();
+        let solid = &*machine.loaded_solid();
         let gravity = Vector3::new(0.0, 0.0, -GRAVITY_M_PER_S2);
         let payload = constants.moving_mass - solid.moving_inertia_along_joint();
         let mut scene = Scene::new(solid, self.period_s / steps, gravity)?.with_payload(payload)?;

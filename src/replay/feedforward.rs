@@ -1,33 +1,35 @@
 //! Replay with a feed-forward: what the controller adds because it knows the motion beforehand.
 
 use super::{Recorded, Traces};
+use crate::controller::ReferenceDelay;
 use crate::drive::motor::Circuit;
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::machine::Machine;
 use crate::plant::Plant;
-use crate::recording::Run;
+use crate::recording::{FEEDFORWARD_KEY, Run, Signal};
+use crate::solid::Weight;
 use crate::twin::{Command, Sensing};
 use serde::{Deserialize, Serialize};
-
-/// The key of a run under which a recording states its feed-forward.
-pub const RUN_KEY: &str = "feedforward";
 
 /// Inverse-dynamics feed-forward: the force that the reference motion needs, added to the controller's effort.
 ///
 /// # Model
 /// ```text
-///   F = m·a_ref + c·v_ref + F_c·sgn(v)        sgn(0) = 0
+///   F = m·a_ref + c·v_ref + F_c·sgn(v) − W(q_ref)        sgn(0) = 0
 /// ```
-/// with a_ref and v_ref the differences of the position reference, and v as [`Direction`] says. It becomes a
-/// voltage by the motor's steady state: `F/K` for a direct motor, `R·F/Kt + Ke·v_ref` for a winding.
-/// Positive force acts along positive position.
+/// with a_ref and v_ref the differences of the position reference q_ref as the controller sees it, v as [`Direction`]
+/// says, and W the weight along the joint as the machine file states it ([`crate::solid::Weight`]), where `weight` asks for
+/// it. It becomes a voltage by the steady state of the motor as stated: `F/K` for a direct motor, `R·F/Kt + Ke·v_ref` for a
+/// winding. Positive force acts along positive position.
+///
+/// The voltage is added between controller and amplifier. The effort that is logged and predicted is the controller's own.
 ///
 /// # Validity
-/// Feed-forward computed once a sample. On the measured velocity it uses the estimate of the sample before, so it
-/// changes sign one sample late. A winding's inductance is not inverted.
+/// Feed-forward computed once a sample, behind the controller's own limit. A winding's inductance is not inverted.
 ///
 /// # Source
-/// Siciliano, Sciavicco, Villani, Oriolo, *Robotics*, section 8.3 (decentralised feed-forward compensation).
+/// Siciliano, Sciavicco, Villani, Oriolo, *Robotics*, sections 8.3 (decentralised feed-forward compensation) and 8.5.1
+/// (gravity compensation).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Feedforward {
@@ -42,6 +44,8 @@ pub struct Feedforward {
     pub coulomb_n: f64,
     /// Which velocity tells the direction of the Coulomb part.
     pub direction: Direction,
+    /// Whether the machine's weight along the joint is held at the reference position.
+    pub weight: bool,
 }
 
 /// Which velocity tells the direction of a Coulomb feed-forward.
@@ -51,23 +55,23 @@ pub enum Direction {
     /// The reference's.
     #[default]
     Reference,
-    /// The controller's estimate from the encoder.
+    /// The controller's estimate from the encoder: of a recorded run the logged one, of a twin its own of the sample before.
     Measured,
 }
 
-/// A replay with a feed-forward: the traces, and what of the effort was fed forward.
+/// A replay with a feed-forward: the traces, and what was fed forward beside the effort.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Compensated {
-    /// What the replay yields; the effort is the whole one.
+    /// What the replay yields; the effort is what the controller's feedback was left to command.
     pub traces: Traces,
     /// What was fed forward in V, a number a sample.
     pub feedforward_v: Vec<f64>,
 }
 
 impl Compensated {
-    /// The effort that the controller's feedback was left to command, in V.
-    pub fn feedback_v(&self) -> Vec<f64> {
-        self.traces.effort_v.iter().zip(&self.feedforward_v).map(|(whole, forward)| whole - forward).collect()
+    /// The voltage commanded to the amplifier, in V.
+    pub fn whole_v(&self) -> Vec<f64> {
+        self.traces.effort_v.iter().zip(&self.feedforward_v).map(|(own, forward)| own + forward).collect()
     }
 }
 
@@ -77,16 +81,16 @@ impl Feedforward {
     /// # Errors
     /// Anything but a table of this type's fields, or a number that is not finite.
     pub fn of(run: &Run) -> Result<Self> {
-        let Some(stated) = run.metadata.get(RUN_KEY) else { return Ok(Self::default()) };
+        let Some(stated) = run.metadata.get(FEEDFORWARD_KEY) else { return Ok(Self::default()) };
         let place = |kind| {
-            let error = Error::new(kind).key(format!("{}.{RUN_KEY}", run.name()));
+            let error = Error::new(kind).key(format!("{}.{FEEDFORWARD_KEY}", run.name()));
             if run.file.as_os_str().is_empty() { error } else { error.file(&run.file) }
         };
         let read: Self = stated.clone().try_into().map_err(|e: toml::de::Error| {
             let unknown = e.message().starts_with("unknown");
             let kind = if unknown { ErrorKind::UnknownKey } else { ErrorKind::Syntax };
             toml_text::explained(place(kind), e.message()).remedy(
-                "state mass_kg, viscous_n_s_per_m, coulomb_n and direction, as far as they were fed forward",
+                "state mass_kg, viscous_n_s_per_m, coulomb_n, direction and weight, as far as they were fed forward",
             )
         })?;
         match [read.mass_kg, read.viscous_n_s_per_m, read.coulomb_n].into_iter().find(|x| !x.is_finite()) {
@@ -104,7 +108,27 @@ impl Feedforward {
         self.mass_kg * acceleration + self.viscous_n_s_per_m * velocity + self.coulomb_n * sign
     }
 
-    /// Replays a recorded run in closed loop on a plant, with this feed-forward beside the controller.
+    /// The voltages that a recorded run was fed beside its logged effort, a number a sample; none where it states no
+    /// feed-forward. The machine is as it was set in the run.
+    ///
+    /// # Errors
+    /// As [`of`](Self::of); uneven time stamps; a Coulomb part by a measured velocity that was not logged.
+    pub(super) fn recorded_v(run: &Run, commands: &[Command], machine: &Machine) -> Result<Option<Vec<f64>>> {
+        if !run.metadata.contains_key(FEEDFORWARD_KEY) {
+            return Ok(None);
+        }
+        run.require_even("a feed-forward")?;
+        let forward = Self::of(run)?;
+        let measured = match forward.direction {
+            Direction::Measured if forward.coulomb_n != 0.0 => Some(run.require(Signal::Velocity)?),
+            _ => None,
+        };
+        let course = Course::of(forward, commands, machine);
+        let voltage = |k: usize| course.voltage(k, measured.map_or(0.0, |velocity| velocity[k]));
+        Ok(Some((0..commands.len()).map(voltage).collect()))
+    }
+
+    /// Replays a recorded run in closed loop on a plant, with this feed-forward in the place of the one that it states.
     pub fn replay<P: Plant>(
         &self,
         recorded: &Recorded,
@@ -112,43 +136,81 @@ impl Feedforward {
         plant: P,
         sensing: Sensing,
     ) -> Compensated {
-        let mut twin = recorded.twin(machine, plant, sensing);
-        let circuit = machine.constants().circuit;
         let commands = recorded.commands();
-        let mut traces = Traces::with_capacity(commands.len());
-        let mut feedforward_v = Vec::with_capacity(commands.len());
+        let course = Course::of(*self, commands, machine);
         let mut measured = recorded.start().velocity;
+        let mut twin = recorded.twin_fed(machine, plant, sensing, course.voltage(0, measured));
+        let mut traces = Traces::with_capacity(commands.len());
+        let mut fed_v = Vec::with_capacity(commands.len());
         for (k, &command) in commands.iter().enumerate() {
-            let velocity = command.velocity_reference;
-            let direction = match self.direction {
-                Direction::Reference => velocity,
-                Direction::Measured => measured,
-            };
-            let acceleration = acceleration(commands, k, twin.period_s());
-            let forward_v = voltage(&circuit, self.force(acceleration, velocity, direction), velocity);
-            let sample = twin.step(Command { disturbance_v: command.disturbance_v + forward_v, ..command });
+            let feedforward_v = course.voltage(k, measured);
+            let sample = twin.step(Command { feedforward_v, ..command });
             measured = sample.velocity;
             traces.push(sample);
-            feedforward_v.push(forward_v);
+            fed_v.push(feedforward_v);
         }
-        Compensated { traces, feedforward_v }
+        Compensated { traces, feedforward_v: fed_v }
     }
 }
 
-/// Acceleration of the reference at sample k: the velocity reference looks back one period, so the difference to
-/// the next one is centred on the sample.
-fn acceleration(commands: &[Command], k: usize, period_s: f64) -> f64 {
-    let last = commands.len().saturating_sub(1);
-    let (from, to) = if k < last { (k, k + 1) } else { (k.saturating_sub(1), k) };
-    (commands[to].velocity_reference - commands[from].velocity_reference) / period_s
+/// A feed-forward along the references of a run.
+struct Course {
+    forward: Feedforward,
+    circuit: Circuit,
+    /// Volts applied per volt of command.
+    gain: f64,
+    weight: Option<Weight>,
+    /// Position and velocity as they reach the controller.
+    references: Vec<[f64; 2]>,
+    period_s: f64,
 }
 
-/// Voltage that holds a force at a velocity in the steady state.
-fn voltage(circuit: &Circuit, force: f64, velocity: f64) -> f64 {
-    match *circuit {
+impl Course {
+    fn of(forward: Feedforward, commands: &[Command], machine: &Machine) -> Self {
+        let period_s = machine.description().sample_period_s;
+        let mut delay = ReferenceDelay::new(machine.description().reference.delay_s, period_s);
+        let seen = |command: &Command| {
+            let stated = [command.position_reference, command.velocity_reference];
+            delay.as_mut().map_or(stated, |delay| delay.pass(stated[0], stated[1]))
+        };
+        Self {
+            forward,
+            circuit: machine.stated_constants().circuit,
+            gain: machine.stated_constants().amplifier.gain(),
+            weight: machine.weight().filter(|_| forward.weight),
+            references: commands.iter().map(seen).collect(),
+            period_s,
+        }
+    }
+
+    /// Voltage at a sample; `measured` is the velocity that the controller estimates.
+    fn voltage(&self, k: usize, measured: f64) -> f64 {
+        let Some(&[position, velocity]) = self.references.get(k) else { return 0.0 };
+        let direction = match self.forward.direction {
+            Direction::Reference => velocity,
+            Direction::Measured => measured,
+        };
+        let held = self.weight.map_or(0.0, |weight| weight.effort(position));
+        let force = self.forward.force(self.acceleration(k), velocity, direction) - held;
+        steady_command(&self.circuit, self.gain, force, velocity)
+    }
+
+    /// Acceleration of the reference at sample k: the velocity reference looks back one period, so the difference to the
+    /// next one is centred on the sample.
+    fn acceleration(&self, k: usize) -> f64 {
+        let last = self.references.len() - 1;
+        let (from, to) = if k < last { (k, k + 1) } else { (k.saturating_sub(1), k) };
+        (self.references[to][1] - self.references[from][1]) / self.period_s
+    }
+}
+
+/// Command to an amplifier of so many volts per volt of command that holds a force at a velocity in the steady state.
+pub(super) fn steady_command(circuit: &Circuit, gain: f64, force: f64, velocity: f64) -> f64 {
+    let voltage_v = match *circuit {
         Circuit::Direct { force_per_volt } => force / force_per_volt,
         Circuit::Winding { resistance_ohm, force_constant, back_emf, .. } => {
             resistance_ohm * force / force_constant + back_emf * velocity
         }
-    }
+    };
+    voltage_v / gain
 }

@@ -1,6 +1,7 @@
 //! Replay: strokes and recorded commands through the twin, for a whole run.
 
 mod cell;
+pub mod commands;
 pub mod compared;
 mod controller_run;
 pub mod crosscheck;
@@ -9,7 +10,10 @@ pub mod feedforward;
 mod figures;
 pub mod friction;
 pub mod gain_table;
+mod grid;
+pub mod ladder;
 pub mod multisine;
+pub mod published;
 pub mod recorded;
 pub mod recording;
 mod simulation;
@@ -19,10 +23,13 @@ mod together;
 pub mod windows;
 
 pub use cell::Cell;
+pub use commands::Commands;
 pub use compared::Compared;
 pub use controller_run::controller_run;
 pub use feedforward::Feedforward;
 pub use figures::{Figures, SETTLING_BAND};
+pub use ladder::Ladder;
+pub use published::Published;
 pub use recorded::Recorded;
 use simulation::check_travel;
 pub use simulation::{PlantChoice, planned_reference, run_seed, simulate};

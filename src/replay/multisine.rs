@@ -5,7 +5,7 @@ use std::f64::consts::{PI, TAU};
 use nalgebra::Complex;
 use realfft::RealFftPlanner;
 
-use super::{PlantChoice, Traces, run, simulation};
+use super::{PlantChoice, Traces, run};
 use crate::drive::motor::Circuit;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
@@ -342,7 +342,7 @@ impl Drive<'_> {
     fn on<P: Plant>(self, plant: P) -> Traces {
         let mut twin = Twin::new(self.machine, plant, self.sensing);
         twin.start(self.centre, 0.0, 0.0);
-        let periods = (simulation::STOOD_S / twin.period_s()).round() as usize;
+        let periods = (super::commands::STOOD_S / twin.period_s()).round() as usize;
         run(&mut twin, std::iter::repeat_n(Command::follow(self.centre, 0.0), periods), |_| ());
         run(&mut twin, self.commands.into_iter(), |_| ())
     }

@@ -1,6 +1,8 @@
 //! Replay of a recorded run: the twin follows the recorded reference from the recorded start.
 
-use super::{Traces, run, run_together};
+use super::feedforward::steady_command;
+use super::grid::Grid;
+use super::{Feedforward, Traces, run, run_together};
 use crate::controller::Input;
 use crate::drive::motor::Circuit;
 use crate::effect::Constants;
@@ -8,8 +10,9 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::Plant;
 use crate::plant::axis::Axis;
-use crate::recording::{Run, Signal};
+use crate::recording::{FEEDFORWARD_KEY, Run, Signal};
 use crate::twin::{Command, Driven, Sensing, Twin};
+use std::sync::Arc;
 
 /// How a recorded run begins, in SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,10 +30,14 @@ pub struct Start {
     pub reading: Option<(f64, f64)>,
     /// What the second sensor shows at the first sample, where there is one.
     pub load_position: Option<f64>,
+    /// Voltage fed forward beside the effort at the first sample.
+    pub feedforward_v: f64,
 }
 
 /// Samples at the beginning of a moving run from which its start is read.
 const START_SAMPLES: usize = 8;
+/// A torque-enable signal from here on says that the drive is on.
+pub(super) const ENABLED: f64 = 0.5;
 /// A slope below so many of its standard errors is rest.
 const REST_STANDARD_ERRORS: f64 = 5.0;
 /// At most so much standstill is averaged, in s.
@@ -56,11 +63,12 @@ impl Start {
                 current: run.signal(Signal::Current).map(mean),
                 reading: None,
                 load_position: run.signal(Signal::LoadPosition).map(mean),
+                feedforward_v: 0.0,
             };
         }
         let first = &position[..position.len().min(START_SAMPLES)];
         let mean = first.iter().sum::<f64>() / first.len() as f64;
-        let (at_start, slope, slope_error) = parabola(first, period);
+        let (at_start, slope, slope_error) = parabola(first, |row| run.time_s(row));
         let moves = slope.abs() > REST_STANDARD_ERRORS * slope_error && first.len() >= 5;
         let first_of = |signal| run.signal(signal).and_then(|samples| samples.first().copied());
         Self {
@@ -76,18 +84,26 @@ impl Start {
             },
             reading: first_of(Signal::Position).zip(first_of(Signal::Velocity)),
             load_position: first_of(Signal::LoadPosition),
+            feedforward_v: 0.0,
         }
+    }
+
+    /// Voltage commanded to the amplifier at the first sample, where the effort was logged.
+    pub fn commanded_v(&self) -> Option<f64> {
+        self.effort_v.map(|effort_v| effort_v + self.feedforward_v)
     }
 
     /// The motor's current in A: as logged, else what the logged effort settles at, else none.
     pub fn current_a(&self, constants: &Constants) -> f64 {
-        let settled = |effort_v: f64| match constants.circuit {
+        let settled = |commanded_v: f64| match constants.circuit {
             Circuit::Winding { resistance_ohm, back_emf, .. } => {
-                (constants.amplifier.output_v(effort_v) - back_emf * self.velocity) / resistance_ohm
+                let amplifier = &constants.amplifier;
+                let applied_v = amplifier.gain() * amplifier.output_v(commanded_v);
+                (applied_v - back_emf * self.velocity) / resistance_ohm
             }
             Circuit::Direct { .. } => 0.0,
         };
-        self.current.or_else(|| self.effort_v.map(settled)).unwrap_or(0.0)
+        self.current.or_else(|| self.commanded_v().map(settled)).unwrap_or(0.0)
     }
 }
 
@@ -106,13 +122,12 @@ pub fn is_steady(samples: &[f64]) -> bool {
 }
 
 /// Value and slope at the first sample of the least-squares parabola, and the slope's standard error.
-fn parabola(samples: &[f64], period_s: f64) -> (f64, f64, f64) {
+fn parabola(samples: &[f64], time_s: impl Fn(usize) -> f64) -> (f64, f64, f64) {
     let count = samples.len();
     if count < 5 {
         return (samples[0], 0.0, f64::INFINITY);
     }
-    let matrix =
-        nalgebra::DMatrix::from_fn(count, 3, |row, power| (row as f64 * period_s).powi(power as i32));
+    let matrix = nalgebra::DMatrix::from_fn(count, 3, |row, power| time_s(row).powi(power as i32));
     let target = nalgebra::DVector::from_column_slice(samples);
     let normal = matrix.transpose() * &matrix;
     let Some(inverse) = normal.try_inverse() else { return (samples[0], 0.0, f64::INFINITY) };
@@ -126,48 +141,98 @@ fn parabola(samples: &[f64], period_s: f64) -> (f64, f64, f64) {
 pub struct Recorded {
     commands: Vec<Command>,
     start: Start,
+    /// The controller's samples, where the log was read at others.
+    grid: Option<Arc<Grid>>,
 }
 
 impl Recorded {
-    /// Commands and start of a run that has a position reference and a position.
+    /// Commands and start of a run that has a position reference and a position, with the feed-forward that it states;
+    /// the machine is as it was set in the run.
     ///
     /// # Errors
-    /// A run without position reference or position.
-    pub fn of(run: &Run) -> Result<Self> {
-        Self::along(run, run.require(Signal::PositionReference)?)
+    /// A run without position reference or position; a stated feed-forward that cannot be told, see [`Feedforward`].
+    pub fn of(run: &Run, machine: &Machine) -> Result<Self> {
+        Self::along(run, run.require(Signal::PositionReference)?, machine)
     }
 
     /// Commands and start of a run along a position reference of its length, logged or not.
     ///
     /// # Errors
-    /// A run without position.
-    pub fn along(run: &Run, reference: &[f64]) -> Result<Self> {
-        Ok(Self::from(run, reference, Start::of(run, reference, run.require(Signal::Position)?)))
+    /// A run without position; a stated feed-forward that cannot be told, because it is malformed or because an effort but no
+    /// reference was logged.
+    pub fn along(run: &Run, reference: &[f64], machine: &Machine) -> Result<Self> {
+        let start = Start::of(run, reference, run.require(Signal::Position)?);
+        let is_stated = run.metadata.contains_key(FEEDFORWARD_KEY);
+        if is_stated && run.signal(Signal::PositionReference).is_none() {
+            Feedforward::of(run)?;
+            // Current and force are what they are, whatever was fed forward; an effort is not the whole one.
+            if run.signal(Signal::ControlEffort).is_some() {
+                run.require(Signal::PositionReference)?;
+            }
+            return Ok(Self::without_feedforward(run, reference, start));
+        }
+        Self::from(run, reference, start, machine)
     }
 
     /// Commands of a run along a position reference of its length, from a start that is known.
-    pub(super) fn from(run: &Run, reference: &[f64], start: Start) -> Self {
-        let period = run.sample_period_s();
+    pub(super) fn from(run: &Run, reference: &[f64], start: Start, machine: &Machine) -> Result<Self> {
+        let mut recorded = Self::without_feedforward(run, reference, start);
+        if let Some(fed_v) = Feedforward::recorded_v(run, &recorded.commands, machine)? {
+            recorded.start.feedforward_v = fed_v.first().copied().unwrap_or(0.0);
+            for (command, feedforward_v) in recorded.commands.iter_mut().zip(fed_v) {
+                command.feedforward_v = feedforward_v;
+            }
+        }
+        Ok(recorded)
+    }
+
+    fn without_feedforward(run: &Run, reference: &[f64], start: Start) -> Self {
+        let step_s = |k: usize| run.time_s(k) - run.time_s(k - 1);
         let disturbance = run.signal(Signal::DisturbanceVoltage);
+        let (supply, enabled) = (run.signal(Signal::SupplyVoltage), run.signal(Signal::TorqueEnabled));
         let commands = (0..reference.len())
             .map(|k| {
                 let velocity_reference = match k {
                     // Nothing stands before the first sample: a run that begins at rest begins with none.
                     0 if start.velocity == 0.0 || reference.len() < 2 => 0.0,
-                    0 => (reference[1] - reference[0]) / period,
-                    _ => (reference[k] - reference[k - 1]) / period,
+                    0 => (reference[1] - reference[0]) / step_s(1),
+                    _ => (reference[k] - reference[k - 1]) / step_s(k),
                 };
                 Command {
                     position_reference: reference[k],
                     velocity_reference,
                     disturbance_v: disturbance.map_or(0.0, |d| d[k]),
+                    feedforward_v: 0.0,
                     effort_v: None,
+                    supply_v: supply.map(|supply| supply[k]),
+                    is_enabled: enabled.is_none_or(|enabled| enabled[k] >= ENABLED),
                     thrust: None,
                     thrust_rise: 0.0,
                 }
             })
             .collect();
-        Self { commands, start }
+        Self { commands, start, grid: None }
+    }
+
+    /// The same for a controller that samples at `period_s`: a run whose time stamps are uneven is then replayed at the
+    /// controller's samples and read at its time stamps. No difference for an evenly sampled run.
+    #[must_use]
+    pub fn on_controller_clock(mut self, run: &Run, period_s: f64) -> Self {
+        self.grid = Grid::of(run, &self.commands, period_s).map(Arc::new);
+        self
+    }
+
+    /// The commands that the controller samples.
+    fn sampled(&self) -> &[Command] {
+        self.grid.as_ref().map_or(&self.commands, |grid| grid.commands())
+    }
+
+    /// What the log holds of a replay.
+    fn logged(&self, traces: Traces, sensing: Sensing) -> Traces {
+        match &self.grid {
+            Some(grid) => grid.read(&traces, sensing),
+            None => traces,
+        }
     }
 
     /// The same with the run's efforts, in V, in the place of the controller's: open loop.
@@ -189,48 +254,87 @@ impl Recorded {
         &self.commands
     }
 
+    /// Efforts of the run as the amplifier got them: with what was fed forward beside them, in V.
+    pub fn commanded_v(&self, effort_v: &[f64]) -> Vec<f64> {
+        effort_v.iter().zip(&self.commands).map(|(effort, command)| effort + command.feedforward_v).collect()
+    }
+
     /// Replays the run in closed loop on a plant.
     pub fn replay<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
-        run(&mut self.twin(machine, plant, sensing), self.commands.iter().copied(), |_| ())
+        let traces = run(&mut self.twin(machine, plant, sensing), self.sampled().iter().copied(), |_| ());
+        self.logged(traces, sensing)
     }
 
     /// The same for several machines with perfect sensors, on the reduced axis and in one pass.
     pub fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
         let twin = |machine: &Machine| self.twin(machine, Axis::of(&machine.constants()), Sensing::Perfect);
-        let room = || Traces::with_capacity(self.commands.len());
+        if !self.commands.iter().all(|command| command.is_enabled) {
+            // A batch has no open bridge.
+            let one = |m: &Machine| self.replay(m, Axis::of(&m.constants()), Sensing::Perfect);
+            return machines.iter().map(one).collect();
+        }
+        let commands = self.sampled();
+        let room = || Traces::with_capacity(commands.len());
         let mut traces: Vec<Traces> = machines.iter().map(|_| room()).collect();
         run_together(
             machines.iter().map(twin).collect(),
             Driven::ByControllers,
-            self.commands.len(),
-            |_, k| self.commands[k],
+            commands.len(),
+            |_, k| commands[k],
             |_| None,
             |twin, _, sample| traces[twin].push(sample),
         );
-        traces
+        traces.into_iter().map(|traces| self.logged(traces, Sensing::Perfect)).collect()
     }
 
     /// The twin as the run finds it: moved to the start, its controller taken over.
     pub(super) fn twin<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Twin<P> {
+        self.twin_fed(machine, plant, sensing, self.start.feedforward_v)
+    }
+
+    /// The same where another voltage is fed forward at first: the controller takes over the rest.
+    pub(super) fn twin_fed<P: Plant>(
+        &self,
+        machine: &Machine,
+        plant: P,
+        sensing: Sensing,
+        feedforward_v: f64,
+    ) -> Twin<P> {
         let mut twin = Twin::new(machine, plant, sensing);
-        let Start { position, velocity, effort_v, reading, load_position, .. } = self.start;
+        let start = self.start_under_weight(machine);
+        let Start { position, velocity, reading, load_position, .. } = start;
+        let commanded_v = start.commanded_v();
         let on_load = machine.description().load_sensor.as_ref().is_some_and(|s| s.closes_position_loop);
         let mut seen = reading.unwrap_or((position, velocity));
-        twin.start(position, velocity, effort_v.unwrap_or(0.0));
+        twin.start(position, velocity, commanded_v.unwrap_or(0.0));
         if let Some(shown) = load_position {
             twin.set_load_reading(shown);
             seen.0 = if on_load { shown } else { seen.0 };
         }
-        if let (Some(effort_v), Some(first)) = (effort_v, self.commands.first()) {
+        if let (Some(commanded_v), Some(first)) = (commanded_v, self.commands.first()) {
             let input = Input {
                 position_reference: first.position_reference,
                 velocity_reference: first.velocity_reference,
                 position: seen.0,
                 velocity: seen.1,
             };
-            twin.take_over(effort_v - first.disturbance_v, input);
+            twin.take_over(commanded_v - feedforward_v - first.disturbance_v, input);
         }
-        twin.set_current(self.start.current_a(&machine.constants()));
+        twin.set_current(start.current_a(&machine.constants()));
         twin
+    }
+
+    /// The start, with the effort that holds the machine's weight where none was logged and the controller is to have it.
+    fn start_under_weight(&self, machine: &Machine) -> Start {
+        let is_controlled = self.commands.first().is_some_and(|c| c.effort_v.is_none() && c.thrust.is_none());
+        let Some(weight) = machine.weight().filter(|_| is_controlled && self.start.effort_v.is_none()) else {
+            return self.start;
+        };
+        let (constants, start) = (machine.constants(), self.start);
+        let (gain, force) = (constants.amplifier.gain(), -weight.effort(start.position));
+        let held_v = steady_command(&constants.circuit, gain, force, start.velocity);
+        let live_v = held_v - constants.amplifier.offset_v;
+        let commanded_v = live_v + live_v.signum() * constants.amplifier.dead_zone_v;
+        Start { effort_v: Some(commanded_v - start.feedforward_v), ..start }
     }
 }

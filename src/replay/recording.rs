@@ -23,9 +23,26 @@ pub const SLIDER_COLUMNS: [&str; 4] = ["slider_a_n", "slider_b_n", "slider_c_n",
 pub fn recorded(name: &str, machine: &Machine, reference: &[f64], traces: Traces) -> Result<Run> {
     let period_s = machine.description().sample_period_s;
     let velocity_reference = super::follow(reference, period_s).map(|c| c.velocity_reference).collect();
-    let mut signals = BTreeMap::from([
+    let told = BTreeMap::from([
         (Signal::PositionReference, reference.to_vec()),
         (Signal::VelocityReference, velocity_reference),
+    ]);
+    logged(name, machine, told, traces)
+}
+
+/// The same beside whatever the axis was told.
+///
+/// # Errors
+/// See [`recorded`].
+pub fn logged(
+    name: &str,
+    machine: &Machine,
+    told: BTreeMap<Signal, Vec<f64>>,
+    traces: Traces,
+) -> Result<Run> {
+    let period_s = machine.description().sample_period_s;
+    let mut signals = told;
+    signals.extend([
         (Signal::ControlEffort, traces.effort_v),
         (Signal::Thrust, traces.thrust),
         (Signal::Position, traces.position),

@@ -2,11 +2,10 @@
 
 use std::fmt;
 
-use super::{Traces, follow, run};
+use super::{Commands, Traces};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
-use crate::plant::{Plant, axis::Axis, mujoco::MujocoRig, rapier::Rig};
-use crate::twin::{Sensing, Twin};
+use crate::twin::Sensing;
 use crate::units::Motion;
 use sha2::{Digest, Sha256};
 
@@ -32,10 +31,6 @@ impl fmt::Display for PlantChoice {
     }
 }
 
-/// The axis has stood at the first reference for so long before a simulated run begins, in s: drives and integrators
-/// have settled against whatever pushes, as on a real machine.
-pub(super) const STOOD_S: f64 = 2.0;
-
 /// Lets the machine follow a sampled position reference from standstill, its loop closed.
 ///
 /// Before the first sample it has stood at the first reference for 2 s. `each` is told after every sample how many are done.
@@ -49,39 +44,7 @@ pub fn simulate(
     reference: &[f64],
     each: impl FnMut(usize),
 ) -> Result<Traces> {
-    if machine.description().controller.is_none() {
-        return Err(Error::new(ErrorKind::Missing)
-            .file(machine.file())
-            .key("controller")
-            .found("a machine without a control law")
-            .expected("the table [controller]")
-            .remedy("state the control law, or replay recorded efforts instead of strokes"));
-    }
-    check_travel(machine, reference)?;
-    let period_s = machine.description().sample_period_s;
-    let periods = (STOOD_S / period_s).round() as usize;
-    let standing = vec![reference.first().copied().unwrap_or(0.0); periods];
-    Ok(match plant {
-        PlantChoice::Rapier => walk(machine, Rig::new(machine)?, sensing, [&standing, reference], each),
-        PlantChoice::Axis => {
-            walk(machine, Axis::of(&machine.constants()), sensing, [&standing, reference], each)
-        }
-        PlantChoice::Mujoco => walk(machine, MujocoRig::new(machine)?, sensing, [&standing, reference], each),
-    })
-}
-
-/// Follows one reference after the other; the traces are those of the last.
-fn walk<P: Plant>(
-    machine: &Machine,
-    plant: P,
-    sensing: Sensing,
-    [standing, reference]: [&[f64]; 2],
-    each: impl FnMut(usize),
-) -> Traces {
-    let period_s = machine.description().sample_period_s;
-    let mut twin = Twin::new(machine, plant, sensing);
-    run(&mut twin, follow(standing, period_s), |_| ());
-    run(&mut twin, follow(reference, period_s), each)
+    Commands::follow(machine, reference)?.simulate(machine, plant, sensing, each)
 }
 
 /// Samples of a run at most: more than a day at 1 kHz.

@@ -1,10 +1,11 @@
 //! Open-loop replay in windows: the twin is driven with what was measured and set anew, from time to time, to the
 //! measured state.
 
-use super::recorded::Start;
+mod drive;
+
+use super::recorded::{ENABLED, Start};
 use super::{Traces, run_together};
-use crate::drive::motor::{Circuit, CircuitStep};
-use crate::effect::{Constants, Door, Effect};
+use crate::effect::Door;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::Plant;
@@ -12,9 +13,7 @@ use crate::plant::axis::Axis;
 use crate::recording::{Run, Signal};
 use crate::sensor::End;
 use crate::twin::{Command, Driven, Sample, Sensing, Twin, load_positions};
-use rand::SeedableRng;
-use rand::rngs::StdRng;
-use rand_distr::{Distribution, StandardNormal};
+use drive::Drive;
 use std::ops::Range;
 
 /// The measured signal that drives the replay.
@@ -72,6 +71,8 @@ pub struct Windowed {
     nudge: f64,
     /// Σ t² of the samples that a measured velocity rests on, in s².
     known_s2: f64,
+    /// What was fed forward beside the effort, in V.
+    feedforward_v: Vec<f64>,
 }
 
 impl Windowed {
@@ -93,7 +94,14 @@ impl Windowed {
         let period = run.sample_period_s();
         let known_s2 = 2.0 * (1..=half_width).map(|j| (j as f64 * period).powi(2)).sum::<f64>();
         let nudge = if fastest > 0.0 { NUDGE * fastest } else { LEAST_NUDGE };
-        Ok(Self { run: run.clone(), input, start, restarts, nudge, known_s2 })
+        Ok(Self { run: run.clone(), input, start, restarts, nudge, known_s2, feedforward_v: Vec::new() })
+    }
+
+    /// The same with voltages that came beside a recorded effort, a number a sample.
+    #[must_use]
+    pub fn fed_forward(mut self, commands: &[Command]) -> Self {
+        self.feedforward_v = commands.iter().map(|command| command.feedforward_v).collect();
+        self
     }
 
     /// The signal that drives the replay.
@@ -130,8 +138,19 @@ impl Windowed {
         traces
     }
 
+    /// Samples at which the drive is not enabled; empty where that was not recorded.
+    fn disabled(&self) -> Vec<bool> {
+        let enabled = self.run.signal(Signal::TorqueEnabled).unwrap_or_default();
+        enabled.iter().map(|enabled| *enabled < ENABLED).collect()
+    }
+
     /// The same for several machines with perfect sensors, on the reduced axis and in one pass.
     pub fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
+        if self.input == Input::Effort && self.disabled().contains(&true) {
+            // A batch has no open bridge.
+            let one = |m: &Machine| self.replay(m, Axis::of(&m.constants()), Sensing::Perfect);
+            return machines.iter().map(one).collect();
+        }
         let drives: Vec<Drive> = machines.iter().map(|m| Drive::of(self, m, Sensing::Perfect)).collect();
         let plain = self.walk_together(machines, &drives, 0.0);
         let nudged = self.walk_together(machines, &drives, self.nudge);
@@ -230,7 +249,7 @@ impl Windowed {
         let (first, start) = (self.restarts.first(), &self.start);
         let (position, velocity) =
             first.map_or((start.position, start.velocity), |r| (r.position, r.velocity));
-        twin.start(position, velocity + faster, start.effort_v.unwrap_or(0.0));
+        twin.start(position, velocity + faster, start.commanded_v().unwrap_or(0.0));
         if let Some(shown) = start.load_position {
             twin.set_load_reading(shown);
         }
@@ -271,106 +290,6 @@ impl Walk {
         self.velocity.push(velocity);
         self.traces.push(sample);
     }
-}
-
-/// What drives the twin, sample by sample.
-struct Drive {
-    /// The input; for a current its force or torque.
-    samples: Vec<f64>,
-    /// Force or torque per ampere at each sample; empty for a voltage.
-    per_ampere: Vec<f64>,
-    /// Noise of the current sensor at each sample in A; empty where sensors are perfect.
-    noise_a: Vec<f64>,
-    /// Weights of a sample and the next one in the mean between them.
-    weights: [f64; 2],
-    /// Weight of their difference in the rise between them.
-    rise_weight: f64,
-}
-
-/// Weights of the first and the last value in the mean over a period in which the voltage does not change, and of their
-/// difference in the rise.
-///
-/// # Model
-/// `i₁ = u∞ + (i₀ − u∞)·d`, mean `u∞ + (i₀ − u∞)·m`, first moment about the middle `(i₀ − u∞)·n`, with decay d, mean m and
-/// moment n of a unit current over the period; a rise D has the first moment D/12.
-fn period_weights(constants: &Constants) -> ([f64; 2], f64) {
-    let step = CircuitStep::new(&constants.circuit, constants.sample_period_s);
-    if !step.has_current() {
-        return ([1.0, 0.0], 0.0);
-    }
-    let mut decay = 1.0;
-    let over = step.over(&mut decay, 0.0, 0.0);
-    let last = (1.0 - over.mean) / (1.0 - decay);
-    ([1.0 - last, last], -12.0 * over.moment / (1.0 - decay))
-}
-
-impl Drive {
-    fn of(windowed: &Windowed, machine: &Machine, sensing: Sensing) -> Self {
-        let run = &windowed.run;
-        let mut samples = run.signal(windowed.input.signal()).unwrap_or_default().to_vec();
-        let constants = machine.constants();
-        let (Circuit::Winding { force_constant: constant, .. }
-        | Circuit::Direct { force_per_volt: constant }) = constants.circuit;
-        let noise_a = current_noise(machine, sensing, samples.len());
-        if windowed.input == Input::Effort {
-            return Self {
-                samples,
-                per_ampere: Vec::new(),
-                noise_a: Vec::new(),
-                weights: [1.0, 0.0],
-                rise_weight: 0.0,
-            };
-        }
-        let effects = machine.effects();
-        let ripples: Vec<&Effect> = effects.iter().filter(|e| e.acts_through(Door::Ripple)).collect();
-        let position = run.signal(Signal::Position).unwrap_or_default();
-        let ripple = |x: &f64| 1.0 + ripples.iter().map(|effect| effect.ripple(*x)).sum::<f64>();
-        let per_ampere: Vec<f64> = position.iter().map(|x| constant * ripple(x)).collect();
-        if windowed.input == Input::Current {
-            for (k, (sample, force)) in samples.iter_mut().zip(&per_ampere).enumerate() {
-                *sample = force * (*sample + noise_a.get(k).unwrap_or(&0.0));
-            }
-        }
-        let (weights, rise_weight) = period_weights(&constants);
-        Self { samples, per_ampere, noise_a, weights, rise_weight }
-    }
-
-    fn command(&self, k: usize, input: Input) -> Command {
-        let now = self.samples[k];
-        let next = self.samples.get(k + 1).copied().unwrap_or(now);
-        let mean = self.weights[0] * now + self.weights[1] * next;
-        let (effort_v, thrust) = match input {
-            Input::Effort => (now, None),
-            Input::Current | Input::Thrust => (0.0, Some(mean)),
-        };
-        let thrust_rise = self.rise_weight * (next - now);
-        Command { effort_v: Some(effort_v), thrust, thrust_rise, ..Command::follow(0.0, 0.0) }
-    }
-
-    /// Force and current at the samples themselves, where the twin's own winding did not make them.
-    fn complete(&self, traces: &mut Traces, input: Input) {
-        if input == Input::Effort {
-            return;
-        }
-        traces.thrust.clone_from(&self.samples);
-        for (k, current) in traces.current.iter_mut().enumerate() {
-            *current = self.samples[k] / self.per_ampere[k] + self.noise_a.get(k).unwrap_or(&0.0);
-        }
-    }
-}
-
-/// Noise of the current sensor, drawn apart from the other sensors'.
-fn current_noise(machine: &Machine, sensing: Sensing, samples: usize) -> Vec<f64> {
-    let (sigma, Sensing::AsStated { seed }) = (machine.description().current_sensor.noise_a, sensing) else {
-        return Vec::new();
-    };
-    let mut random = StdRng::seed_from_u64(!seed);
-    (0..samples)
-        .map(|_| {
-            let noise: f64 = StandardNormal.sample(&mut random);
-            sigma * noise
-        })
-        .collect()
 }
 
 /// Response of every trace to a change of the velocity with which a window begins, per unit of that change.

@@ -42,10 +42,7 @@ pub fn gains(found: &ControllerGains, machine: &Machine, recording: &Recording, 
     Sheet {
         subject: recording.path.display().to_string(),
         kind: "controller gains",
-        sentence: format!(
-            "Gains of the control law of {name}, from {runs} of {} runs.",
-            recording.runs().len()
-        ),
+        sentence,
         note: recording.note.clone(),
         motion: machine.motion(),
         sections: vec![section, quality],
@@ -56,7 +53,7 @@ pub fn gains(found: &ControllerGains, machine: &Machine, recording: &Recording, 
 fn key(gain: &IdentifiedGain, machine: &Machine) -> String {
     match machine.motion() {
         Motion::Prismatic => gain.key.to_owned(),
-        Motion::Revolute => gain.key.replace("_s_per_m", "_s_per_rad"),
+        Motion::Revolute => gain.key.replace("_per_m", "_per_rad"),
     }
 }
 

@@ -127,6 +127,11 @@ pub struct Joint {
 }
 
 impl Joint {
+    /// Gravity in the joint's frame, in m/s²: downwards along −z of the base's.
+    pub fn gravity(&self) -> Vector3<f64> {
+        self.origin.rotation.inverse_transform_vector(&Vector3::new(0.0, 0.0, -GRAVITY_M_PER_S2))
+    }
+
     /// Middle of the travel; where the URDF does not limit it on both sides, the allowed position nearest to zero.
     pub fn middle(&self) -> f64 {
         let middle = 0.5 * (self.lower + self.upper);

@@ -1,8 +1,7 @@
 //! Weight of the moving body, as an effort along the joint.
 
-use super::Solid;
+use super::{Joint, MassProperties};
 use crate::units::Motion;
-use nalgebra::Vector3;
 
 /// Standard gravity, downwards along −z of the base's frame, in m/s².
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
@@ -25,8 +24,8 @@ const ROUNDING: f64 = 1e-12;
 /// g = −9.80665 m/s² · z.
 ///
 /// # Validity
-/// The base stands still and level as its URDF says. Of a prismatic axis m is the whole moving mass, payload included; the
-/// payload of a revolute axis is an inertia without a lever and has no weight here.
+/// The base stands still and level as its URDF says. Of a prismatic axis m is the whole moving mass, payload included; of a
+/// revolute one a payload has weight where it states a lever.
 ///
 /// # Source
 /// Siciliano, Sciavicco, Villani, Oriolo (2009), *Robotics*, ch. 7: the gravity term g(q) of the equations of motion, −W
@@ -39,26 +38,24 @@ pub struct Weight {
 }
 
 impl Weight {
-    /// Weight along the joint of a body with the solid model's mass and centre, on a prismatic joint with `moving_mass_kg`
-    /// instead; none where there is nothing beyond rounding.
-    pub fn of(solid: &Solid, moving_mass_kg: f64) -> Option<Self> {
-        let down = Vector3::new(0.0, 0.0, -GRAVITY_M_PER_S2);
-        let gravity = solid.joint.origin.rotation.inverse_transform_vector(&down);
-        let axis = solid.joint.axis.into_inner();
-        let (weight, least) = match solid.joint.motion {
+    /// Weight along the joint of a body, in the joint's frame, that effort moves as `moving_inertia` says: kg, which is what a
+    /// prismatic joint carries, or kg·m². None where there is nothing beyond rounding.
+    pub fn of(joint: &Joint, body: &MassProperties, moving_inertia: f64) -> Option<Self> {
+        let gravity = joint.gravity();
+        let axis = joint.axis.into_inner();
+        let (weight, least) = match joint.motion {
             Motion::Prismatic => {
-                let constant = moving_mass_kg * gravity.dot(&axis);
-                (Self { constant, by_cosine: 0.0, by_sine: 0.0 }, moving_mass_kg * GRAVITY_M_PER_S2)
+                let constant = moving_inertia * gravity.dot(&axis);
+                (Self { constant, by_cosine: 0.0, by_sine: 0.0 }, moving_inertia * GRAVITY_M_PER_S2)
             }
             Motion::Revolute => {
-                let body = &solid.moving.mass;
                 let across = body.centre_m - axis * axis.dot(&body.centre_m);
                 let weight = Self {
                     constant: 0.0,
                     by_cosine: body.mass_kg * gravity.dot(&axis.cross(&across)),
                     by_sine: -body.mass_kg * gravity.dot(&across),
                 };
-                let gyration_m = (solid.moving_inertia_along_joint() / body.mass_kg).sqrt();
+                let gyration_m = (moving_inertia / body.mass_kg).sqrt();
                 (weight, body.mass_kg * GRAVITY_M_PER_S2 * gyration_m)
             }
         };

@@ -3,12 +3,11 @@
 use super::laws::{Forged, ForgedLaws, Otherwise};
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::plant::Plant;
 use crate::plant::axis::Axis;
 use crate::plant::mujoco::{self, Integrator, MujocoRig};
 use crate::plant::rapier::Rig;
-use crate::replay::{Traces, follow, run};
-use crate::twin::{Sensing, Twin};
+use crate::replay::{Commands, Traces};
+use crate::twin::Sensing;
 use serde::{Deserialize, Serialize};
 use std::fmt;
 use std::str::FromStr;
@@ -60,47 +59,57 @@ impl Engine {
         sensing: Sensing,
         reference: &[f64],
     ) -> Result<Traces> {
+        let commands = Commands::follow(machine, reference)?;
+        self.told(machine, otherwise, sensing, &commands, STOOD_S, |_| ())
+    }
+
+    /// Lets a machine that is otherwise so be told commands, after so long a standstill in closed loop; `each` is told
+    /// after every sample how many are done.
+    ///
+    /// # Errors
+    /// What the plant refuses.
+    pub fn told(
+        self,
+        machine: &Machine,
+        otherwise: &Otherwise,
+        sensing: Sensing,
+        commands: &Commands,
+        stood_s: f64,
+        each: impl FnMut(usize),
+    ) -> Result<Traces> {
         let step_s = step(machine, STEP_S);
         let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
-        Ok(match self {
-            Self::Rapier => walk(&walked, Rig::with_step(&walked, step_s)?, laws, sensing, reference),
-            Self::Axis => walk(&walked, Axis::new(&walked.constants(), step_s), laws, sensing, reference),
+        match self {
+            Self::Rapier => {
+                let plant = Forged::new(Rig::with_step(&walked, step_s)?, laws);
+                commands.walk(&walked, plant, sensing, stood_s, each)
+            }
+            Self::Axis => {
+                let plant = Forged::new(Axis::new(&walked.constants(), step_s), laws);
+                commands.walk(&walked, plant, sensing, stood_s, each)
+            }
             Self::Mujoco => {
                 let plant = MujocoRig::with_step(&walked, step_s, Integrator::RungeKutta)?;
-                walk(&walked, plant, laws, sensing, reference)
+                commands.walk(&walked, Forged::new(plant, laws), sensing, stood_s, each)
             }
-        })
+        }
     }
 }
 
 /// The same with perfect sensors on the reduced axis at a coarser step: fast, for calibrating sizes.
 ///
 /// # Errors
-/// None in practice: a machine stays valid when its friction goes into the plant.
+/// A machine without a controller, or a reference beyond its joint's limits.
 pub fn sketch(machine: &Machine, otherwise: &Otherwise, reference: &[f64]) -> Result<Traces> {
     let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
-    let plant = Axis::new(&walked.constants(), step(machine, SKETCH_STEP_S));
-    Ok(walk(&walked, plant, laws, Sensing::Perfect, reference))
+    let plant = Forged::new(Axis::new(&walked.constants(), step(machine, SKETCH_STEP_S)), laws);
+    Commands::follow(machine, reference)?.walk(&walked, plant, Sensing::Perfect, STOOD_S, |_| ())
 }
 
 /// The longest step that divides the sample period and is at most `longest_s`.
 fn step(machine: &Machine, longest_s: f64) -> f64 {
     let period_s = machine.description().sample_period_s;
     period_s / (period_s / longest_s - 1e-9).ceil().max(1.0)
-}
-
-fn walk<P: Plant>(
-    machine: &Machine,
-    plant: P,
-    laws: ForgedLaws,
-    sensing: Sensing,
-    reference: &[f64],
-) -> Traces {
-    let period_s = machine.description().sample_period_s;
-    let standing = vec![reference.first().copied().unwrap_or(0.0); (STOOD_S / period_s).round() as usize];
-    let mut twin = Twin::new(machine, Forged::new(plant, laws), sensing);
-    run(&mut twin, follow(&standing, period_s), |_| ());
-    run(&mut twin, follow(reference, period_s), |_| ())
 }
 
 impl fmt::Display for Engine {

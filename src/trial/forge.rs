@@ -57,10 +57,8 @@ pub fn forge(order: &Order, progress: &Progress) -> Result<Trial> {
     let machine = order.machine;
     check_place(order)?;
     if machine.description().controller.is_none() {
-        return Err(Error::new(ErrorKind::Missing)
-            .file(machine.file())
-            .key("controller")
-            .found("a machine without a control law")
+        return Err(machine
+            .lacks_controller()
             .expected("the table [controller]: forged machines follow strokes in closed loop")
             .remedy("state the control law"));
     }

@@ -5,7 +5,7 @@ use crate::effect::{Effect, EffectId};
 use crate::error::Result;
 use crate::guide::{Coast, StepForce};
 use crate::machine::Machine;
-use crate::plant::{Drive, LoadModel, Plant};
+use crate::plant::{Drive, Load, Plant};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -43,7 +43,7 @@ pub struct ForgedLaws {
     frictions: Vec<Effect>,
     bristle: Option<ForgedBristle>,
     presliding_force: f64,
-    loaded: Option<(f64, LoadModel)>,
+    loaded: Option<(f64, Load)>,
     cogging: Option<Harmonics>,
     ripple: Option<Harmonics>,
 }
@@ -87,10 +87,8 @@ impl ForgedLaws {
         }
         let presliding = frictions.iter().find_map(Effect::bristle);
         let coefficient: f64 = frictions.iter().map(Effect::load_coefficient).sum();
-        let loaded = LoadModel::of(machine).filter(|_| coefficient > 0.0).map(|model| (coefficient, model));
-        let rest = loaded.as_ref().map_or(0.0, |(coefficient, model)| {
-            coefficient * model.loads([0.0; 2]).iter().map(|load| load.abs()).sum::<f64>()
-        });
+        let loaded = Load::of(machine).filter(|_| coefficient > 0.0).map(|load| (coefficient, load));
+        let rest = loaded.as_ref().map_or(0.0, |(coefficient, load)| coefficient * load.usual());
         let standing: f64 = frictions.iter().map(|f| f.resistance(1.0, 0.0)).sum::<f64>() + rest;
         let mass = machine.constants().moving_mass;
         let stiffness = match presliding {
@@ -163,9 +161,9 @@ impl<P: Plant> Forged<P> {
     /// Friction over the step that ends so without it.
     fn friction(&mut self, coast: Coast) -> f64 {
         let Some(bristle) = self.laws.bristle else { return 0.0 };
-        let loads = self.laws.loaded.as_ref().map_or(0.0, |(coefficient, model)| {
-            let loads = self.inner.slider_loads().unwrap_or_else(|| model.loads(self.forces));
-            coefficient * loads.iter().map(|load| load.abs()).sum::<f64>()
+        let position = self.inner.position();
+        let loads = self.laws.loaded.as_ref().map_or(0.0, |(coefficient, load)| {
+            coefficient * load.magnitude(self.inner.slider_loads(), self.forces, position)
         });
         let (frictions, presliding) = (&self.laws.frictions, self.laws.presliding_force);
         let level = |velocity: f64| {

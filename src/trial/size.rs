@@ -202,7 +202,7 @@ fn motor(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> 
 
 fn guide(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> ((f64, f64), Values) {
     let (force, stated, stroke) = (scale.force, scale.constants.viscous, scale.stroke);
-    let weight = 9.81 * scale.constants.moving_mass;
+    let weight = 9.81 * (scale.constants.moving_mass - scale.constants.rotor_inertia);
     let (coulomb, viscous, sign, lean) = (drawn.coulomb, drawn.viscous, drawn.sign, drawn.lean);
     match effect {
         EffectId::ViscousFriction if stated > 0.0 => {
@@ -210,7 +210,10 @@ fn guide(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> 
         }
         EffectId::ViscousFriction => ((1e-5, 3.0), one(move |s| s * viscous)),
         EffectId::CoulombFriction => ((1e-6, 0.2), one(move |s| s * force)),
-        EffectId::LoadDependentFriction => ((1e-6, 0.2), one(move |s| s * force / weight)),
+        EffectId::LoadDependentFriction if scale.constants.has_slider_loads => {
+            ((1e-6, 0.2), one(move |s| s * force / weight))
+        }
+        EffectId::LoadDependentFriction => ((1e-4, 0.4), one(move |s| s)),
         EffectId::AsymmetricFriction => {
             let values = move |s: f64| {
                 vec![

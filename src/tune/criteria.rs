@@ -161,11 +161,6 @@ impl Limits {
         self.bounds.get(&criterion).copied()
     }
 
-    /// Criteria with their bounds.
-    pub fn iter(&self) -> impl Iterator<Item = (Criterion, f64)> + '_ {
-        self.bounds.iter().map(|(criterion, bound)| (*criterion, *bound))
-    }
-
     /// By how much a value exceeds its bound, relative to it; 0 inside. A stroke that never settles exceeds by 1 even where
     /// settling time has no bound, and no excess counts more than 1000: what is far off is not to hide the rest.
     pub fn excess(&self, criterion: Criterion, value: f64) -> f64 {

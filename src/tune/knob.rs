@@ -44,7 +44,7 @@ impl Knob {
     }
 
     /// The gains that an operator turns first, over the usual range: the registers of a PDF law; position and velocity
-    /// gain of a cascade, and its integral gain where it has one.
+    /// gain of a cascade, and its integral gain where it has one; the gains of a P or PD law.
     ///
     /// # Errors
     /// As [`Knob::new`].
@@ -56,11 +56,15 @@ impl Knob {
                 &["position_gain_per_s", "velocity_gain_v_s_per_m", "velocity_integral_per_s"]
             }
             Some(Controller::Cascade(_)) => &["position_gain_per_s", "velocity_gain_v_s_per_m"],
+            Some(Controller::Pd(law)) if law.derivative_gain_v_s_per_m != 0.0 => {
+                &["position_gain_v_per_m", "derivative_gain_v_s_per_m"]
+            }
+            Some(Controller::Pd(_)) => &["position_gain_v_per_m"],
         };
         let own = |key: &&str| {
             let mut key = format!("controller.{key}");
             if machine.number(&key).is_none() {
-                key = key.replace("_s_per_m", "_s_per_rad");
+                key = key.replace("_per_m", "_per_rad");
             }
             key
         };

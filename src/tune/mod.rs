@@ -169,10 +169,8 @@ impl Tuning {
 }
 
 fn no_setting(machine: &Machine) -> Error {
-    Error::new(ErrorKind::Missing)
-        .file(machine.file())
-        .key("controller")
+    machine
+        .lacks_controller()
         .found("a machine without a control law, which has nothing to tune")
-        .expected("the table [controller]")
         .remedy("state the law that the drive runs; `slideway identify gains` finds its gains from a log")
 }

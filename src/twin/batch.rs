@@ -87,7 +87,7 @@ impl Batch {
 
     /// One control period of every twin: `command` tells each what reaches it, `each` gets the samples, twin by twin.
     ///
-    /// Controllers of a batch follow one reference: the first twin's.
+    /// Controllers of a batch follow one reference: the first twin's. All of them are enabled, throughout.
     pub fn step(&mut self, command: impl Fn(usize) -> Command, mut each: impl FnMut(usize, Sample)) {
         let (now, earlier) = self.sample(&command, &mut each);
         for step in 0..self.paths[0].steps() {

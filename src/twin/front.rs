@@ -22,6 +22,8 @@ pub(super) struct Front {
     /// How many rows back the voltage is that the delay lets through.
     back: [usize; LANES],
     is_delayed: bool,
+    /// Whether the command is a duty cycle.
+    has_supply: bool,
 }
 
 /// The numbers of one path that the front needs, or of all of them.
@@ -38,6 +40,8 @@ pub(super) struct Numbers<T = Lane> {
     pub dead_zone_v: T,
     pub offset_v: T,
     pub limit_v: T,
+    /// Volts applied per volt of command.
+    pub supply_v: T,
     pub force_constant: T,
 }
 
@@ -51,6 +55,8 @@ pub(super) struct Entry {
     /// Commanded voltages, the newest first, as many as the delay needs.
     pub commanded: Vec<f64>,
     pub is_split: bool,
+    /// Whether the command is a duty cycle.
+    pub has_supply: bool,
     pub has_winding: bool,
 }
 
@@ -90,6 +96,7 @@ impl Front {
                 dead_zone_v: across(&|e| e.numbers.dead_zone_v),
                 offset_v: across(&|e| e.numbers.offset_v),
                 limit_v: across(&|e| e.numbers.limit_v),
+                supply_v: across(&|e| e.numbers.supply_v),
                 force_constant: across(&|e| e.numbers.force_constant),
             },
             previous: across(&|e| e.previous),
@@ -99,6 +106,7 @@ impl Front {
             commanded: (0..rows).map(row).collect(),
             newest: 0,
             back: std::array::from_fn(|k| entry(k).commanded.len() - 2),
+            has_supply: entries.iter().any(|entry| entry.has_supply),
             is_delayed: rows > 2 || entries.iter().any(|entry| entry.is_split),
         })
     }
@@ -114,7 +122,11 @@ impl Front {
         mut each: impl FnMut(usize, Sample),
     ) -> [Lane; 2] {
         let Sampled { velocity, effort_v, applied_v } = arch.dispatch(Law { front: self, command, position });
-        let applied_v = if self.is_delayed { self.delayed(effort_v) } else { [applied_v; 2] };
+        let commanded_v = || effort_v.map(|effort_v| effort_v + command.feedforward_v);
+        let mut applied_v = if self.is_delayed { self.delayed(commanded_v()) } else { [applied_v; 2] };
+        if self.has_supply {
+            self.supplied(&mut applied_v, command.supply_v);
+        }
         for k in 0..self.lanes {
             let thrust = command.thrust.unwrap_or(current[k] * self.numbers.force_constant[k]);
             each(
@@ -132,10 +144,18 @@ impl Front {
         applied_v
     }
 
-    /// The voltages that the delays let through, the newest of them being `effort_v`.
-    fn delayed(&mut self, effort_v: Lane) -> [Lane; 2] {
+    /// Duty cycles become voltages.
+    fn supplied(&self, applied_v: &mut [Lane; 2], recorded_v: Option<f64>) {
+        let supply_v = recorded_v.map_or(self.numbers.supply_v, |recorded| [recorded; LANES]);
+        for lanes in applied_v {
+            lanes.iter_mut().zip(&supply_v).for_each(|(applied, supply)| *applied *= supply);
+        }
+    }
+
+    /// The voltages that the delays let through, the newest of them being `commanded_v`.
+    fn delayed(&mut self, commanded_v: Lane) -> [Lane; 2] {
         self.newest = if self.newest == 0 { self.commanded.len() - 1 } else { self.newest - 1 };
-        self.commanded[self.newest] = effort_v;
+        self.commanded[self.newest] = commanded_v;
         let row = |back: usize| (self.newest + back) % self.commanded.len();
         let let_through =
             |more: usize| -> Lane { std::array::from_fn(|k| self.commanded[row(self.back[k] + more)][k]) };
@@ -172,7 +192,11 @@ impl WithSimd for Law<'_> {
                 integral_v[k] + n.error[k] * error - n.velocity[k] * estimate[k] + command.disturbance_v;
         }
         (front.previous, front.estimate, front.integral_v) = (position, estimate, integral_v);
-        Sampled { velocity: estimate, effort_v, applied_v: amplified(&n, &effort_v) }
+        let mut commanded_v = effort_v;
+        for voltage in &mut commanded_v {
+            *voltage += command.feedforward_v;
+        }
+        Sampled { velocity: estimate, effort_v, applied_v: amplified(&n, &commanded_v) }
     }
 }
 

@@ -6,7 +6,7 @@ use crate::effect::{Door, Effect};
 use crate::guide::stick_slip::friction;
 use crate::guide::{Bristle, Coast, GAUSS, StepForce};
 use crate::machine::Machine;
-use crate::plant::LoadModel;
+use crate::plant::Load;
 use crate::sensor::End;
 use crate::solid::Weight;
 
@@ -29,8 +29,8 @@ pub(super) struct Laws {
     weight: Option<Weight>,
     /// R/L of the winding in 1/s; 0 where there is none.
     winding_rate_per_s: f64,
-    /// Coulomb friction per sum of slider loads, and the loads where the plant does not know them.
-    loaded: Option<(f64, LoadModel)>,
+    /// Coulomb friction per load, and what the load is.
+    loaded: Option<(f64, Load)>,
 }
 
 impl Laws {
@@ -55,9 +55,7 @@ impl Laws {
             },
             bristle: acting.iter().find_map(Effect::bristle),
             weight: machine.weight().filter(|_| !carries_weight),
-            loaded: (coefficient > 0.0)
-                .then(|| LoadModel::of(machine).map(|model| (coefficient, model)))
-                .flatten(),
+            loaded: (coefficient > 0.0).then(|| Load::of(machine)).flatten().map(|load| (coefficient, load)),
         }
     }
 
@@ -125,11 +123,11 @@ impl Laws {
         coast: Coast,
         [position, step_s]: [f64; 2],
         bristle_force: &mut f64,
-        loads: impl FnMut(&LoadModel) -> [f64; 4],
+        load: impl FnMut(&Load) -> f64,
     ) -> [StepForce; 2] {
         match &self.weight {
-            None => [StepForce::ZERO, self.friction(coast, step_s, bristle_force, loads)],
-            Some(weight) => self.under_weight(weight, coast, [position, step_s], bristle_force, loads),
+            None => [StepForce::ZERO, self.friction(coast, step_s, bristle_force, load)],
+            Some(weight) => self.under_weight(weight, coast, [position, step_s], bristle_force, load),
         }
     }
 
@@ -141,12 +139,12 @@ impl Laws {
         coast: Coast,
         [position, step_s]: [f64; 2],
         bristle_force: &mut f64,
-        mut loads: impl FnMut(&LoadModel) -> [f64; 4],
+        mut load: impl FnMut(&Load) -> f64,
     ) -> [StepForce; 2] {
         let begun = *bristle_force;
         let mut answer = |pull: StepForce| {
             *bristle_force = begun;
-            [pull, self.friction(coast.under(pull), step_s, bristle_force, &mut loads)]
+            [pull, self.friction(coast.under(pull), step_s, bristle_force, &mut load)]
         };
         if weight.is_constant() {
             return answer(StepForce::held(weight.effort(position)));
@@ -158,14 +156,14 @@ impl Laws {
 
     /// Dry friction of the guide over a step, from the bristles' force at its beginning, which goes on to its end.
     ///
-    /// `loads` gives the sliders' loads, asked for only where friction depends on them.
+    /// `load` gives the load in N or N·m, asked for only where friction depends on it.
     #[inline]
     pub fn friction(
         &self,
         mut coast: Coast,
         step_s: f64,
         bristle_force: &mut f64,
-        mut loads: impl FnMut(&LoadModel) -> [f64; 4],
+        mut load: impl FnMut(&Load) -> f64,
     ) -> StepForce {
         let mut bristles = StepForce::ZERO;
         if let Some(bristle) = &self.bristle {
@@ -174,9 +172,7 @@ impl Laws {
         }
         let loaded = match &self.loaded {
             None => 0.0,
-            Some((coefficient, model)) => {
-                coefficient * loads(model).iter().map(|load| load.abs()).sum::<f64>()
-            }
+            Some((coefficient, of)) => coefficient * load(of),
         };
         let constant = [self.constant[0] + loaded, self.constant[1] + loaded];
         let level = |direction: f64| if direction > 0.0 { constant[0] } else { constant[1] };

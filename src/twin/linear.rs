@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::Complex;
 
-use crate::controller::{Gains, ReferenceDelay};
+use crate::controller::{Controller, Filters, Gains, ReferenceDelay};
 use crate::drive::motor::Circuit;
 use crate::effect::Constants;
 use crate::error::{Error, ErrorKind, Result};
@@ -28,7 +28,7 @@ const LEAST_DISTANCE: f64 = 1e-6;
 /// Damping ratio below which the grid does not become finer.
 const LEAST_DAMPING: f64 = 1e-4;
 
-/// What the linear loop is made of besides its gains: axis, drive, delay, velocity estimate.
+/// What the linear loop is made of besides its gains: axis, drive, delay, velocity estimate, filters of the effort.
 ///
 /// # Model
 /// G from commanded voltage to encoder position: [`SampledResponse`] of the reduced axis, effects that alter constants included.
@@ -41,6 +41,7 @@ pub struct LinearPlant {
     to_voltage: SampledResponse,
     velocity: VelocityEstimate,
     reference_delay: Option<ReferenceDelay>,
+    filters: Filters,
     /// Whether the speed goes on by itself: no drag, no back-EMF.
     is_free: bool,
     grid: Vec<GridPoint>,
@@ -53,6 +54,7 @@ struct GridPoint {
     plant: Complex<f64>,
     velocity: Complex<f64>,
     sum: Complex<f64>,
+    filter: Complex<f64>,
 }
 
 impl LinearPlant {
@@ -68,6 +70,10 @@ impl LinearPlant {
         let mut plant = Self {
             velocity: constants.velocity.clone(),
             reference_delay: ReferenceDelay::new(reference_delay_s, constants.sample_period_s),
+            filters: Filters::new(
+                constants.controller.as_ref().map_or(&[], Controller::filters),
+                constants.sample_period_s,
+            ),
             is_free: constants.viscous == 0.0 && !has_back_emf,
             grid: Vec::new(),
             to_voltage,
@@ -124,7 +130,8 @@ impl LinearPlant {
         }
         let (velocity, step) =
             (self.velocity_estimate(frequency_hz), difference(frequency_hz, self.period_s()));
-        GridPoint { frequency_hz, plant, velocity, sum: step.inv() }
+        let filter = self.filters.response(frequency_hz);
+        GridPoint { frequency_hz, plant, velocity, sum: step.inv(), filter }
     }
 
     fn at(&self, frequency_hz: f64) -> GridPoint {
@@ -133,6 +140,7 @@ impl LinearPlant {
             plant: self.plant(frequency_hz),
             velocity: self.velocity_estimate(frequency_hz),
             sum: difference(frequency_hz, self.period_s()).inv(),
+            filter: self.filters.response(frequency_hz),
         }
     }
 }
@@ -170,9 +178,9 @@ fn grid(highest_hz: f64, resonances: &[Resonance]) -> Vec<f64> {
 /// controller's [`Gains`]:
 /// ```text
 ///   C  = integral·S + error
-///   K  = C·(position + V) + velocity·V
+///   K  = F·(C·(position + V) + velocity·V)      F: filters of the effort
 ///   L  = G·K                                    open loop, broken at the effort; u = −L·u
-///   T_x = D·G·C·(position + feedforward·V_r)/(1 + L)       position reference → encoder position
+///   T_x = D·G·F·C·(position + feedforward·V_r)/(1 + L)     position reference → encoder position
 ///   S_u = 1/(1 + L)                             injected voltage → effort
 /// ```
 ///
@@ -195,11 +203,9 @@ impl LinearLoop {
     pub fn of(machine: &Machine) -> Result<Self> {
         let period_s = machine.description().sample_period_s;
         let Some(controller) = machine.constants().controller else {
-            return Err(Error::new(ErrorKind::Missing)
-                .file(machine.file())
-                .key("controller")
+            return Err(machine
+                .lacks_controller()
                 .found("a machine without a control law, which has no loop")
-                .expected("the table [controller]")
                 .remedy("state the control law, or ask for the plant alone"));
         };
         Ok(Self::new(Arc::new(LinearPlant::of(machine)), controller.gains(period_s)))
@@ -234,7 +240,8 @@ impl LinearLoop {
     /// K: effort over reading with its sign turned, in V/m or V/rad.
     pub fn feedback(&self, frequency_hz: f64) -> Complex<f64> {
         let sum = difference(frequency_hz, self.plant.period_s()).inv();
-        self.gains.feedback(sum, self.plant.velocity_estimate(frequency_hz))
+        let filter = self.plant.filters.response(frequency_hz);
+        self.gains.feedback(sum, self.plant.velocity_estimate(frequency_hz)) * filter
     }
 
     /// L: the loop broken at the effort.
@@ -253,7 +260,8 @@ impl LinearLoop {
         let step = difference(frequency_hz, period_s);
         let delay =
             self.plant.reference_delay.as_ref().map_or(Complex::from(1.0), |d| d.response(frequency_hz));
-        let forward = self.gains.forward(step.inv(), step / period_s);
+        let filter = self.plant.filters.response(frequency_hz);
+        let forward = self.gains.forward(step.inv(), step / period_s) * filter;
         delay * forward * self.sensitivity(frequency_hz)
     }
 
@@ -331,6 +339,6 @@ impl LinearLoop {
 
     #[inline]
     fn open_loop_at(&self, point: &GridPoint) -> Complex<f64> {
-        point.plant * self.gains.feedback(point.sum, point.velocity)
+        point.plant * point.filter * self.gains.feedback(point.sum, point.velocity)
     }
 }

@@ -32,8 +32,15 @@ pub struct Command {
     pub velocity_reference: f64,
     /// Voltage injected between controller and amplifier.
     pub disturbance_v: f64,
+    /// Voltage fed forward between controller and amplifier beside the effort, which is recorded without it.
+    pub feedforward_v: f64,
     /// Effort to apply instead of the controller's (the disturbance is then part of it already).
     pub effort_v: Option<f64>,
+    /// Supply voltage in V that was recorded, for an amplifier that is commanded by a duty cycle; else the stated one holds.
+    pub supply_v: Option<f64>,
+    /// Whether the drive is enabled; without it the bridge is open, the motor exerts nothing, and its controller begins anew
+    /// when it is enabled again.
+    pub is_enabled: bool,
     /// Motor force or torque to apply instead of the motor's, its mean over the period in N or N·m.
     pub thrust: Option<f64>,
     /// By how much that force rises over the period, in N or N·m.
@@ -42,15 +49,25 @@ pub struct Command {
 
 impl Command {
     /// Follow a reference, nothing injected.
-    pub fn follow(position_reference: f64, velocity_reference: f64) -> Self {
+    pub const fn follow(position_reference: f64, velocity_reference: f64) -> Self {
         Self {
             position_reference,
             velocity_reference,
             disturbance_v: 0.0,
+            feedforward_v: 0.0,
             effort_v: None,
+            supply_v: None,
+            is_enabled: true,
             thrust: None,
             thrust_rise: 0.0,
         }
+    }
+}
+
+impl Command {
+    /// The command with no force in the motor's place where the drive is not enabled.
+    fn with_bridge_open(self) -> Self {
+        if self.is_enabled { self } else { Self { thrust: Some(0.0), thrust_rise: 0.0, ..self } }
     }
 }
 
@@ -61,7 +78,7 @@ pub struct Sample {
     pub position: f64,
     /// The controller's velocity estimate.
     pub velocity: f64,
-    /// Voltage commanded to the amplifier, injected disturbance included.
+    /// Voltage commanded to the amplifier, injected disturbance included, without what is fed forward beside it.
     pub effort_v: f64,
     /// Motor current in A (voltage, for a direct motor) at the sample.
     pub current: f64,
@@ -148,6 +165,10 @@ impl<P: Plant> Twin<P> {
 
     /// One control period: senses, controls, records, then lets the axis move until the next sample.
     pub fn step(&mut self, command: Command) -> Sample {
+        let command = command.with_bridge_open();
+        if !command.is_enabled {
+            self.plant.set_current(0.0);
+        }
         let (sample, applied_v) = self.path.sample(command, self.plant.position(), self.plant.current());
         for step in 0..self.path.steps() {
             let drive = self.path.drive(step, applied_v, command.thrust);

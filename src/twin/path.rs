@@ -3,12 +3,12 @@
 use super::front::{Entry, Numbers};
 use super::laws::Laws;
 use super::{Command, Sample, Sensing};
-use crate::controller::{Controller, EffortLimit, Gains, Input, Memory, ReferenceDelay};
+use crate::controller::{Controller, EffortLimit, Filters, Gains, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
 use crate::drive::motor::Circuit;
 use crate::guide::{Coast, StepForce};
 use crate::machine::Machine;
-use crate::plant::{Drive, LoadModel, Plant};
+use crate::plant::{Drive, Load, Plant};
 use crate::sensor::{CurrentSensor, Encoder, End, LoadSensor, VelocityEstimate, VelocityMemory, rounded};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
@@ -26,6 +26,7 @@ pub(super) struct Path {
     controller: Option<Controller>,
     gains: Option<Gains>,
     effort_limit: Option<EffortLimit>,
+    filters: Filters,
     amplifier: Amplifier,
     commanded: Commanded,
     /// Share of each step of a period in which the voltage of one period earlier is still applied.
@@ -116,6 +117,10 @@ impl Path {
             force_constant: constants.force_constant(),
             gains: constants.controller.as_ref().map(|law| law.gains(constants.sample_period_s)),
             effort_limit: constants.controller.as_ref().and_then(Controller::limit),
+            filters: Filters::new(
+                constants.controller.as_ref().map_or(&[], Controller::filters),
+                constants.sample_period_s,
+            ),
             controller: constants.controller,
             amplifier: constants.amplifier,
             velocity_estimate: constants.velocity,
@@ -204,8 +209,10 @@ impl Path {
     /// What the path brings into a [`Front`](super::front::Front), where it fits into one.
     pub fn front(&self) -> Option<Entry> {
         let plain = self.laws.shows_position() && self.noise.is_none() && self.reading_step == 0.0;
-        let direct =
-            self.load_sensor.is_none() && self.reference_delay.is_none() && self.effort_limit.is_none();
+        let direct = self.load_sensor.is_none()
+            && self.reference_delay.is_none()
+            && self.effort_limit.is_none()
+            && self.filters.is_empty();
         let VelocityEstimate::SmoothedDifference { time_constant_s } = self.velocity_estimate else {
             return None;
         };
@@ -222,6 +229,7 @@ impl Path {
             dead_zone_v: self.amplifier.dead_zone_v,
             offset_v: self.amplifier.offset_v,
             limit_v: self.amplifier.voltage_limit_v.unwrap_or(f64::INFINITY),
+            supply_v: self.amplifier.gain(),
             force_constant: self.force_constant,
         };
         Some(Entry {
@@ -233,6 +241,7 @@ impl Path {
                 .map(|k| self.commanded.ring[(self.commanded.newest + count - k) % count])
                 .collect(),
             is_split: self.switches[0] > 0.0,
+            has_supply: self.amplifier.supply_v.is_some(),
             has_winding: self.has_winding,
         })
     }
@@ -257,6 +266,10 @@ impl Path {
             None => [command.position_reference, command.velocity_reference],
         };
         let effort_v = match (command.effort_v, &self.gains) {
+            _ if !command.is_enabled => {
+                self.moving.memory = Memory::default();
+                0.0
+            }
             (Some(effort_v), _) => effort_v,
             (None, Some(gains)) => {
                 let input = Input { position_reference, velocity_reference, position: controlled, velocity };
@@ -265,14 +278,21 @@ impl Path {
                     None => gains.effort_v(memory, input),
                     Some(limit) => limit.effort_v(gains, memory, input, self.period_s),
                 };
-                controlled_v + command.disturbance_v
+                let filtered_v = if self.filters.is_empty() {
+                    controlled_v
+                } else {
+                    self.filters.pass(&mut memory.filters, controlled_v)
+                };
+                filtered_v + command.disturbance_v
             }
             (None, None) => 0.0,
         };
-        let [now_v, earlier_v] = self.commanded.pass(effort_v);
-        let now_v = self.amplifier.output_v(now_v);
+        let fed_v = if command.is_enabled { command.feedforward_v } else { 0.0 };
+        let [now_v, earlier_v] = self.commanded.pass(effort_v + fed_v);
+        let gain = self.amplifier.gain_under(command.supply_v);
+        let now_v = gain * self.amplifier.output_v(now_v);
         let is_split = self.switches[0] > 0.0;
-        let applied_v = [now_v, if is_split { self.amplifier.output_v(earlier_v) } else { now_v }];
+        let applied_v = [now_v, if is_split { gain * self.amplifier.output_v(earlier_v) } else { now_v }];
         // A direct motor follows its voltage at once.
         let current = if self.has_winding { current_a } else { applied_v[usize::from(is_split)] };
         self.moving.thrust_rise = command.thrust_rise;
@@ -319,13 +339,16 @@ impl Path {
             }
         };
         let before = self.moving.forces;
-        let of_model = |model: &LoadModel| loads().unwrap_or_else(|| model.loads(before));
+        let motor = 0.5 * (begin_n + end_n) + ripple.mean;
+        let load = |of: &Load| match of {
+            Load::Sliders(_) => of.magnitude(loads(), before, position),
+            Load::Transmitted(_) => of.magnitude(None, [motor, before[1]], position),
+        };
         let coast = coast.under(ripple + push);
         let begin = [position, self.step_s];
-        let [weight, friction] =
-            self.laws.weight_and_friction(coast, begin, &mut self.moving.bristle, of_model);
+        let [weight, friction] = self.laws.weight_and_friction(coast, begin, &mut self.moving.bristle, load);
         let guide = push + friction;
-        self.moving.forces = [0.5 * (begin_n + end_n) + ripple.mean, guide.mean];
+        self.moving.forces = [motor, guide.mean];
         [ripple, guide + weight]
     }
 

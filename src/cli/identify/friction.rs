@@ -12,7 +12,7 @@ use slideway::recording::{Recording, Run};
 use slideway::replay::friction::{Friction, Held, held, identify};
 use slideway::units::{Motion, engineering};
 
-use super::super::setting::{Setting, lay_over};
+use super::super::setting::{Setting, set};
 use super::super::subject::{machine_of, runs_of};
 use super::super::table::Table;
 use super::super::{Failure, Screen};
@@ -44,8 +44,7 @@ impl FrictionCommand {
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         let recording = Recording::read(&self.recording)?;
         let machine = machine_of(&recording, self.machine.as_ref())?;
-        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
-        let machine = lay_over(&machine, &known, "--set")?;
+        let machine = set(&machine, &self.settings)?;
         let runs = runs_of(&recording, self.run.as_deref())?;
         let spinner = screen.spinner("fitting");
         let found = self.identified(&runs, &machine);

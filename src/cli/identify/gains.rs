@@ -16,7 +16,7 @@ use slideway::report::sheet::Sheet;
 use slideway::report::{gain_table, gains, html};
 
 use super::super::output::{Pictures, command_line};
-use super::super::setting::{Setting, lay_over};
+use super::super::setting::{Setting, set};
 use super::super::subject::{machine_of, runs_of};
 use super::super::{Failure, Plant, Screen, style};
 
@@ -72,8 +72,7 @@ impl Gains {
 
     fn of_recording(&self, recording: &Recording) -> Result<Sheet, Error> {
         let machine = machine_of(recording, self.machine.as_ref())?;
-        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
-        let machine = lay_over(&machine, &known, "--set")?;
+        let machine = set(&machine, &self.settings)?;
         let runs = runs_of(recording, self.run.as_deref())?;
         let seen = runs.iter().map(|run| controller_run(&machine, run)).collect::<Result<Vec<_>, _>>()?;
         let unknown = if self.position_loop { Unknown::BothLoops } else { Unknown::VelocityLoop };

@@ -7,7 +7,7 @@ mod gains;
 mod multisine;
 mod response;
 mod settings;
-mod sweep;
+pub(super) mod sweep;
 mod transfer;
 
 use std::process::ExitCode;

@@ -17,7 +17,7 @@ use slideway::twin::{LinearLoop, LinearPlant};
 use slideway::units::Motion;
 
 use super::super::output::{Pictures, command_line};
-use super::super::setting::{Setting, lay_over};
+use super::super::setting::{Setting, set};
 use super::super::subject::runs_of;
 use super::super::table::Table;
 use super::super::{Failure, Plant, Screen};
@@ -198,8 +198,7 @@ impl Response {
     }
 
     fn set(&self, machine: &Machine) -> Result<Machine, Error> {
-        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(machine)).collect();
-        lay_over(machine, &known, "--set")
+        set(machine, &self.settings)
     }
 
     /// The points in the band that was asked for.

@@ -1,11 +1,12 @@
 //! `slideway identify sweep`: a transfer function from sines of rising frequency.
 
+use std::ffi::OsString;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
 
-use clap::{ArgGroup, Args, ValueEnum};
+use clap::{ArgGroup, Args, Parser, ValueEnum};
 use slideway::error::{Error, ErrorKind};
 use slideway::identify::continuous::{self, Compared, Structure, Weights};
 use slideway::identify::excitation::Outcome;
@@ -16,7 +17,7 @@ use slideway::replay::sine_sweep::SineSweep;
 use slideway::report::{html, swept};
 
 use super::super::output::{Pictures, command_line};
-use super::super::setting::{Setting, lay_over};
+use super::super::setting::{Setting, set};
 use super::super::{Failure, Plant, Screen};
 use super::band::Band;
 
@@ -33,7 +34,7 @@ const HIGHEST_SHARE: f64 = 0.02;
     after_help = "Examples:\n  slideway identify sweep --machine models/MACHINE --band 0.2..60rad/s --peak-to-peak 0.2\n  \
                         slideway identify sweep recordings/LOG --poles 2 --zeros 1 --html sweep.html"
 )]
-pub(super) struct Sweep {
+pub(in super::super) struct Sweep {
     /// Recording: a folder with recording.toml, or such a file; each run one sine
     recording: Option<PathBuf>,
     /// Machine folder, or a machine file, whose twin is excited
@@ -137,9 +138,43 @@ struct Subject {
     machine: Option<Machine>,
 }
 
+/// The command by itself, to be given its options from inside the program.
+#[derive(Debug, Parser)]
+struct Alone {
+    #[command(flatten)]
+    sweep: Sweep,
+}
+
 impl Sweep {
+    /// The sweep of a machine's twin over a band, all else as by default; its figures go into a folder.
+    ///
+    /// # Errors
+    /// A band that is none.
+    pub(in super::super) fn of_twin(
+        machine: &Path,
+        band: &str,
+        peak_to_peak: f64,
+        figures: Option<&Path>,
+    ) -> Result<Self, Error> {
+        let mut words: Vec<OsString> = vec!["sweep".into(), "--machine".into(), machine.into()];
+        words.extend([
+            "--band".into(),
+            band.into(),
+            "--peak-to-peak".into(),
+            peak_to_peak.to_string().into(),
+        ]);
+        words.extend(figures.into_iter().flat_map(|folder| ["--figures".into(), folder.into()]));
+        Alone::try_parse_from(words).map(|alone| alone.sweep).map_err(|_| {
+            Error::new(ErrorKind::OutOfRange)
+                .key("--sweep")
+                .found(band)
+                .expected("a band of frequencies in Hz or rad/s")
+                .remedy("write two frequencies, for instance --sweep 0.2..60rad/s")
+        })
+    }
+
     /// Measures, fits, prints.
-    pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
+    pub(in super::super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         self.pictures.check_places()?;
         let structure = self.structure()?;
         let Subject { name, note, runs, machine } = self.subject(screen)?;
@@ -209,8 +244,7 @@ impl Sweep {
 
     fn twin(&self, screen: &Screen) -> Result<Subject, Error> {
         let machine = Machine::read(&self.machine.clone().unwrap_or_default())?;
-        let known: Vec<Setting> = self.settings.iter().map(|setting| setting.on_top_of(&machine)).collect();
-        let machine = lay_over(&machine, &known, "--set")?;
+        let machine = set(&machine, &self.settings)?;
         let highest = HIGHEST_SHARE / machine.description().sample_period_s;
         let AnyBand(band_hz) = self.band.unwrap_or(AnyBand([highest / BAND_RATIO, highest]));
         let peak_to_peak = self.peak_to_peak.unwrap_or_default();

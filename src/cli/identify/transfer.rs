@@ -183,11 +183,17 @@ impl Transfer {
 
 /// A signal by its canonical name, or an extra column.
 fn samples<'a>(run: &'a Run, key: &str) -> Result<&'a [f64], Error> {
+    run.require_even("a sampled transfer function")?;
     if let Some(samples) = run.extra_columns().get(key) {
         return Ok(samples);
     }
     match Signal::from_key(key) {
-        Some((signal, motion)) if motion.is_none_or(|motion| motion == run.motion()) => run.require(signal),
+        Some((signal, motion)) if motion.is_none_or(|motion| motion == run.motion()) => {
+            if signal == Signal::ControlEffort {
+                run.require_whole_effort("a transfer function")?;
+            }
+            run.require(signal)
+        }
         _ => {
             let there = run.signals().keys().map(|signal| signal.key(run.motion()));
             let there: Vec<&str> = there.chain(run.extra_columns().keys().map(String::as_str)).collect();

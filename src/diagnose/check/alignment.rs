@@ -152,12 +152,12 @@ fn velocity(machine: &Machine, smoothed: &Smoothed) -> Option<Shift> {
 
 /// A force behind the motion that it causes.
 fn force(machine: &Machine, smoothed: &Smoothed, signal: Signal) -> Option<Shift> {
-    let samples = smoothed.signal(signal)?;
+    let samples = smoothed.driving(signal)?;
     let columns = smoothed.motion_columns(machine, &smoothed.moving);
     let mut all = columns.others;
     all.push(columns.acceleration);
     let basis = Basis::of(all);
-    let mut shift = shift_of(samples, &basis, smoothed, &smoothed.moving)?;
+    let mut shift = shift_of(&samples, &basis, smoothed, &smoothed.moving)?;
     if matches!(machine.constants().circuit, Circuit::Direct { .. }) {
         shift.samples += STAIRCASE;
     }

@@ -2,6 +2,7 @@
 
 use super::super::experiment::Experiment;
 use super::{Check, Finding};
+use crate::controller::Controller;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
 use crate::units::engineering;
@@ -22,7 +23,7 @@ const RARER: usize = 5;
 /// Clipping of the effort, the current and the thrust.
 pub fn clipping(experiment: &Experiment, machine: &Machine) -> Vec<Finding> {
     let run = experiment.run();
-    let mut findings: Vec<Finding> = stated(run, machine).into_iter().collect();
+    let mut findings: Vec<Finding> = stated(experiment, machine).into_iter().collect();
     let known = !findings.is_empty();
     let moving: Vec<bool> =
         experiment.recorded().commands().iter().map(|command| command.velocity_reference != 0.0).collect();
@@ -36,10 +37,19 @@ pub fn clipping(experiment: &Experiment, machine: &Machine) -> Vec<Finding> {
     findings
 }
 
-fn stated(run: &Run, machine: &Machine) -> Option<Finding> {
-    let limit = machine.constants().effort_limit_v()?;
+/// The controller limits its own effort, the amplifier that with what is fed forward beside it.
+fn stated(experiment: &Experiment, machine: &Machine) -> Option<Finding> {
+    let (run, constants) = (experiment.run(), machine.constants());
+    let limit = constants.effort_limit_v()?;
     let effort = run.signal(Signal::ControlEffort)?;
-    let clipped = effort.iter().filter(|u| u.abs() >= limit).count() as f64 / effort.len() as f64;
+    let own_limit = constants.controller.as_ref().and_then(Controller::limit).map(|own| own.effort_limit_v);
+    let reaches = |u: f64, limit: Option<f64>| limit.is_some_and(|limit| u.abs() >= limit);
+    let commanded = experiment.recorded().commanded_v(effort);
+    let pairs = effort.iter().zip(&commanded);
+    let at_limit = pairs.filter(|(u, whole)| {
+        reaches(**u, own_limit) || reaches(**whole, constants.amplifier.voltage_limit_v)
+    });
+    let clipped = at_limit.count() as f64 / effort.len() as f64;
     (clipped > CLIPPED).then(|| {
         Finding::warning(
             run.name(),

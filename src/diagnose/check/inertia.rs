@@ -38,7 +38,7 @@ impl Inertia {
 
 /// The motor's force in N or N·m as one channel tells it, with the constants as stated.
 fn force(machine: &Machine, smoothed: &Smoothed, signal: Signal) -> Option<Vec<f64>> {
-    let samples = smoothed.signal(signal)?;
+    let samples = smoothed.driving(signal)?;
     let circuit = machine.constants().circuit;
     match (signal, &circuit) {
         (Signal::Current, Circuit::Winding { force_constant, .. }) => {
@@ -55,6 +55,6 @@ fn force(machine: &Machine, smoothed: &Smoothed, signal: Signal) -> Option<Vec<f
             let mean = |u: &f64| step.advance(&mut current, *u, 0.0) * step.effort_constant();
             Some(samples.iter().map(mean).collect())
         }
-        _ => Some(samples.to_vec()),
+        _ => Some(samples),
     }
 }

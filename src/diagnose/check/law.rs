@@ -3,7 +3,7 @@
 use super::projection::{Basis, dot, spread};
 use super::shift::Shift;
 use super::smoothed::Smoothed;
-use crate::controller::Controller;
+use crate::controller::{Controller, Filters};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::sensor::{VelocityEstimate, VelocityMemory};
@@ -151,7 +151,9 @@ impl<'a> Relation<'a> {
             (0..count).map(|k| if k == 0 { 0.0 } else { (reference[k] - reference[k - 1]) / self.period_s });
         let proportional = match self.controller {
             Controller::Pdf(_) => vec![velocity.to_vec()],
-            Controller::Cascade(_) => vec![error.clone(), rate.collect(), velocity.to_vec()],
+            Controller::Cascade(_) | Controller::Pd(_) => {
+                vec![error.clone(), rate.collect(), velocity.to_vec()]
+            }
         };
         let mut columns = vec![vec![1.0; count]];
         columns.extend(proportional);
@@ -166,8 +168,17 @@ impl<'a> Relation<'a> {
             };
             columns.extend([reference.to_vec(), sum(velocity), sum(&error)]);
         }
-        columns
+        filtered(columns, &Filters::new(self.controller.filters(), self.period_s))
     }
+}
+
+/// What the filters behind the law make of the terms that it adds up.
+fn filtered(mut columns: Vec<Vec<f64>>, filters: &Filters) -> Vec<Vec<f64>> {
+    for column in columns.iter_mut().filter(|_| !filters.is_empty()) {
+        let mut memory = filters.steady(column.first().copied().unwrap_or(0.0));
+        column.iter_mut().for_each(|sample| *sample = filters.pass(&mut memory, *sample));
+    }
+    columns
 }
 
 /// The signal as it is `shift` samples later, held at the ends.

@@ -30,6 +30,8 @@ pub struct Smoothed {
     pub most_shift: usize,
     /// Every logged signal, smoothed.
     pub signals: BTreeMap<Signal, Vec<f64>>,
+    /// What was fed forward beside the effort in V, smoothed.
+    feedforward_v: Vec<f64>,
     /// Velocity in m/s or rad/s.
     pub velocity: Vec<f64>,
     /// Acceleration in m/s² or rad/s².
@@ -58,12 +60,23 @@ impl Smoothed {
         let slow: Vec<bool> = velocity.iter().map(|v| v.abs() <= SLOW * fastest).collect();
         let clear = |k: &usize| slow[k - reach..=k + reach].iter().all(|slow| !slow);
         let moving = inner.iter().copied().filter(clear).collect();
-        Self { period_s, most_shift, signals, velocity, acceleration, inner, moving }
+        let fed: Vec<f64> = experiment.recorded().commands().iter().map(|c| c.feedforward_v).collect();
+        let feedforward_v = smooth(&fed, half);
+        Self { period_s, most_shift, signals, feedforward_v, velocity, acceleration, inner, moving }
     }
 
     /// A smoothed signal, if it was logged.
     pub fn signal(&self, signal: Signal) -> Option<&[f64]> {
         self.signals.get(&signal).map(Vec::as_slice)
+    }
+
+    /// A smoothed signal as it tells the motor's force: an effort with what was fed forward beside it.
+    pub fn driving(&self, signal: Signal) -> Option<Vec<f64>> {
+        let samples = self.signal(signal)?;
+        if signal != Signal::ControlEffort {
+            return Some(samples.to_vec());
+        }
+        Some(samples.iter().zip(&self.feedforward_v).map(|(effort, fed)| effort + fed).collect())
     }
 
     /// Acceleration, velocity and direction for either direction, position and a constant at the moving samples:

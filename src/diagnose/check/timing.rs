@@ -3,6 +3,7 @@
 
 use super::{Check, Finding};
 use crate::recording::{Run, Timing};
+use crate::units::engineering;
 
 /// Jitter below this share of the period is mentioned nowhere: time stamps are rounded.
 const JITTER: f64 = 0.01;
@@ -16,11 +17,24 @@ const DRIFT_SAMPLES: f64 = 0.5;
 /// What the time stamps of a run show.
 pub fn timing(run: &Run) -> Vec<Finding> {
     let timing = &run.timing;
+    if run.instants_s().is_some() {
+        return vec![polled(run)];
+    }
     let intervals = run.len().saturating_sub(1).max(1);
     [jitter(run.name(), timing, intervals), drift(run.name(), timing, intervals)]
         .into_iter()
         .flatten()
         .collect()
+}
+
+/// A log that was read at uneven times.
+fn polled(run: &Run) -> Finding {
+    let mean_s = engineering(run.sample_period_s(), "s");
+    let message = format!(
+        "Samples at uneven times, {mean_s} apart in the mean: the twin is read at their time stamps; what a row commands holds \
+         until the next row."
+    );
+    Finding::note(run.name(), Check::TimingJitter, message)
 }
 
 fn jitter(run: &str, timing: &Timing, intervals: usize) -> Option<Finding> {

@@ -20,9 +20,12 @@ pub fn force_residual(experiment: &Experiment, constants: &Constants) -> Option<
 /// Samples after which a velocity estimate has forgotten how it began.
 const FORGETTING: usize = 64;
 
-/// Measured effort less what the controller computes from measured reference and position, in V.
+/// Measured effort less what the controller computes from measured reference and position, in V; none at uneven times.
 pub fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option<Vec<f64>> {
     let run = experiment.run();
+    if run.instants_s().is_some() {
+        return None;
+    }
     let (effort, position) = (run.signal(Signal::ControlEffort)?, run.signal(Signal::Position)?);
     let on_load = machine.description().load_sensor.as_ref().is_some_and(|s| s.closes_position_loop);
     let controlled = if on_load { run.signal(Signal::LoadPosition)? } else { position };
@@ -52,6 +55,9 @@ pub fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option
 /// Measured motor effort less what the drive's model makes of the measured voltage, in N or N·m.
 pub fn drive_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
     let run = experiment.run();
+    if run.instants_s().is_some() {
+        return None;
+    }
     let effort = run.signal(Signal::ControlEffort)?;
     let period = run.sample_period_s();
     let delay = SplitDelay::new(constants.amplifier.delay_s, period);
@@ -64,7 +70,13 @@ pub fn drive_residual(experiment: &Experiment, constants: &Constants) -> Option<
         _ => return None,
     };
     let position = run.signal(Signal::Position)?;
-    let applied = |k: usize, back: usize| constants.amplifier.output_v(effort[k.saturating_sub(back)]);
+    let supply = run.signal(Signal::SupplyVoltage);
+    let amplifier = &constants.amplifier;
+    let commanded = experiment.recorded().commanded_v(effort);
+    let applied = |k: usize, back: usize| {
+        amplifier.gain_under(supply.map(|supply| supply[k]))
+            * amplifier.output_v(commanded[k.saturating_sub(back)])
+    };
     let mut current = measured[0] / kt;
     let modelled = (0..effort.len()).map(|k| {
         let velocity = if k == 0 { 0.0 } else { (position[k] - position[k - 1]) / period };

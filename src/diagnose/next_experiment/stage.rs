@@ -48,8 +48,9 @@ const MORE_EFFORT: f64 = 3.0;
 
 /// The effort that a further run of recorded ones may take, in V; no limit where none was logged.
 pub(super) fn largest_effort_v(runs: &[Experiment]) -> f64 {
-    let efforts = runs.iter().filter_map(|e| e.run().signal(Signal::ControlEffort));
-    let largest = efforts.flatten().fold(0.0_f64, |most, effort| most.max(effort.abs()));
+    let commanded = |e: &Experiment| Some(e.recorded().commanded_v(e.run().signal(Signal::ControlEffort)?));
+    let largest =
+        runs.iter().filter_map(commanded).flatten().fold(0.0_f64, |most, effort| most.max(effort.abs()));
     if largest > 0.0 { MORE_EFFORT * largest } else { f64::INFINITY }
 }
 

@@ -47,7 +47,7 @@ struct Entry {
 }
 
 impl SampledResponse {
-    /// From the voltage commanded to the amplifier, its delay included.
+    /// From the effort commanded to the amplifier, its delay and the stated supply of a duty cycle included.
     pub fn to_voltage(constants: &Constants) -> Self {
         let dynamics = Dynamics::of(constants);
         let (period_s, delay) = (constants.sample_period_s, constants.amplifier.delay_s);
@@ -55,7 +55,8 @@ impl SampledResponse {
         let step = dynamics.over(period_s);
         let early = dynamics.by_earlier_voltage(period_s, delay.fraction);
         let now = &step.by_voltage - &early;
-        Self::of(&dynamics, period_s, (&step, delay.periods), [now, early])
+        let per_volt = [now, early].map(|entry| entry * constants.amplifier.gain());
+        Self::of(&dynamics, period_s, (&step, delay.periods), per_volt)
     }
 
     /// From a force on the moving part in the motor's place, held over each sample period.

@@ -59,7 +59,7 @@ impl Engine {
     /// The scene at its zero, with the machine's payload.
     ///
     /// A payload of a prismatic axis sits in the centre of mass of the moving body; that of a revolute one is an inertia
-    /// about the axis.
+    /// about the axis. The rotor of a transmission is the joint's armature.
     pub fn new(
         solid: &Solid,
         constants: &Constants,
@@ -79,14 +79,18 @@ impl Engine {
         }
         let payload = constants.moving_mass - solid.moving_inertia_along_joint();
         match solid.joint.motion {
-            Motion::Prismatic => model.body_mass_mut()[body] += payload,
+            Motion::Prismatic => {
+                model.body_mass_mut()[body] += payload - constants.rotor_inertia;
+                model.dof_armature_mut()[table] += constants.rotor_inertia;
+            }
             Motion::Revolute => model.dof_armature_mut()[table] += payload,
         }
         let lead_s = match integrator {
             Integrator::RungeKutta => 0.0,
             Integrator::Euler => 0.5 * model.opt().timestep,
         };
-        let weight = Weight::of(solid, constants.moving_mass);
+        let weighing = constants.moving_mass - constants.rotor_inertia;
+        let weight = Weight::of(&solid.joint, &solid.moving.mass, weighing);
         let mut data = MjData::try_new(Box::new(model)).map_err(|e| refusal(solid, &e.to_string()))?;
         // What the compiler derived from the masses is derived anew.
         data.set_const();

@@ -94,6 +94,16 @@ impl MujocoRig {
                 .expected("a positive step in s")
                 .remedy("use 62.5e-6, a quarter of a control period of 250 µs"));
         }
+        if machine.has_lever() {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .file(machine.file())
+                .key("effect.payload.lever_m")
+                .found("a payload at a lever")
+                .expected("in MuJoCo, only bodies of the URDF off the axis")
+                .remedy(
+                    "put the mass into the URDF as a link on a fixed joint, or take --plant rapier or axis",
+                ));
+        }
         let solid = machine.solid();
         let sliders: Vec<&str> = machine.description().guide.sliders.iter().map(String::as_str).collect();
         let supports = match sliders.len() {

@@ -48,6 +48,8 @@ pub struct Rig {
     viscous: f64,
     lines_of_action: Vec<Point3<f64>>,
     friction_point: Point3<f64>,
+    /// What holds the rotor's inertia against gravity, in the moving body's frame; it is a mass of the scene's body.
+    rotor_support: Option<Vector3<f64>>,
     supports: Option<Supports>,
 }
 
@@ -66,7 +68,7 @@ impl Rig {
     /// # Errors
     /// What the scene, the base or the sliders refuse.
     pub fn with_step(machine: &Machine, step_s: f64) -> Result<Self> {
-        let (solid, constants) = (machine.solid(), machine.constants());
+        let (solid, constants) = (&*machine.loaded_solid(), machine.constants());
         let payload = constants.moving_mass - solid.moving_inertia_along_joint();
         let gravity = Vector3::new(0.0, 0.0, -GRAVITY_M_PER_S2);
         let scene = Scene::new(solid, step_s, gravity)?.with_payload(payload)?;
@@ -77,6 +79,9 @@ impl Rig {
             4 => Some(Supports::new(solid, &sliders, Vector3::z())?),
             _ => None,
         };
+        let has_rotor = constants.rotor_inertia > 0.0 && machine.motion() == Motion::Prismatic;
+        let down = solid.joint.origin.rotation.inverse_transform_vector(&gravity);
+        let rotor_support = has_rotor.then(|| -down * constants.rotor_inertia);
         let centre = Point3::from(solid.moving.mass.centre_m);
         let mut lines: Vec<Point3<f64>> =
             description.motor.lines_of_action_m().iter().map(|p| Point3::from(*p)).collect();
@@ -111,6 +116,7 @@ impl Rig {
             viscous: constants.viscous,
             lines_of_action: lines,
             friction_point,
+            rotor_support,
             supports,
         })
     }
@@ -134,7 +140,9 @@ impl Rig {
         let over =
             |coast: Coast| coast.force_over(position, step_s, |place| self.scene.gravity_effort_at(place));
         let StepForce { mean, rise } = over(coast.under(over(coast)));
-        StepForce { mean: mean + rise * self.decay / 12.0, rise }
+        let along = self.scene.axis();
+        let support = self.rotor_support.map_or(0.0, |force| force.dot(&along));
+        StepForce { mean: mean + rise * self.decay / 12.0 + support, rise }
     }
 
     fn base_velocity(&self) -> f64 {
@@ -205,6 +213,9 @@ impl Plant for Rig {
         self.scene.apply(guide.mean + self.viscous * self.base_velocity(), self.friction_point);
         if self.scene.is_off_axis {
             self.scene.apply(self.weight.mean - self.scene.gravity_effort(), self.friction_point);
+        }
+        if let Some(force) = self.rotor_support {
+            self.scene.apply_force(force, self.scene.centre());
         }
         self.scene.drag(self.viscous, self.friction_point);
         self.scene.step();

@@ -95,7 +95,12 @@ impl Scene {
         world.integration_parameters.max_ccd_substeps = 0;
         let base = world.insert_body(RigidBodyBuilder::fixed());
         let joint = solid.joint.clone();
-        let moving = RigidBodyBuilder::dynamic().pose(pose(&joint.origin)).can_sleep(false);
+        let is_off_axis = is_off_axis(solid);
+        // The engine would turn the spin of a body that is seated anew as if the body had turned with it.
+        let moving = RigidBodyBuilder::dynamic()
+            .pose(pose(&joint.origin))
+            .can_sleep(false)
+            .gyroscopic_forces_enabled(!is_off_axis);
         let body = world.insert_body(moving);
         let link = world.insert_impulse_joint(base, body, guide(&joint));
         let mut scene = Self {
@@ -107,7 +112,7 @@ impl Scene {
             payload: 0.0,
             gravity: gravity_m_per_s2,
             dt_s,
-            is_off_axis: is_off_axis(solid),
+            is_off_axis,
             pending: Pending::default(),
             coordinate: 0.0,
             speed: 0.0,
@@ -152,6 +157,16 @@ impl Scene {
             Motion::Revolute => axis.dot(&(self.moving.inertia_about(Vector3::zeros()) * axis)),
         };
         bare + self.payload
+    }
+
+    /// Centre of mass of the moving body, in its frame, in m.
+    pub fn centre(&self) -> Point3<f64> {
+        Point3::from(self.moving.centre_m)
+    }
+
+    /// Direction of positive motion, in the joint's frame.
+    pub fn axis(&self) -> Vector3<f64> {
+        self.joint.axis.into_inner()
     }
 
     /// Position along the joint at the end of the last step.

@@ -101,7 +101,7 @@ fn masses(ours: &Machine, pushed: f64, mujoco: Option<&MujocoRig>) -> Vec<Static
 
 /// What rapier accelerates by a unit effort along the joint: effort × step / change of velocity.
 fn pushed_inertia(machine: &Machine) -> Result<f64> {
-    let solid = machine.solid();
+    let solid = &*machine.loaded_solid();
     let payload = machine.constants().moving_mass - solid.moving_inertia_along_joint();
     let mut scene = Scene::new(solid, STEP_S, Vector3::zeros())?.with_payload(payload)?;
     scene.apply(1.0, Point3::from(solid.moving.mass.centre_m));

@@ -48,7 +48,7 @@ pub fn held(runs: &[&Run], machine: &Machine, found: &Friction) -> Result<Vec<He
 fn constants(machine: &Machine) -> Vec<(&'static str, f64, EffectId, f64)> {
     let (tolerance, constants) = (&machine.description().tolerance, machine.constants());
     let stated = machine.stated_constants();
-    let payload = constants.moving_mass - stated.moving_mass;
+    let payload = machine.number(&path(EffectId::Payload, machine.motion())).unwrap_or(0.0);
     let mass = if machine.motion() == Motion::Prismatic { "moving mass" } else { "inertia" };
     let mut list = vec![
         (mass, tolerance.mass, EffectId::Payload, payload + tolerance.mass * constants.moving_mass),

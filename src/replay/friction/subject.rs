@@ -123,7 +123,7 @@ impl Subject {
     }
 
     /// Commands and start of a replay.
-    fn commands(&self, numbers: &Numbers, machine: &Machine) -> Recorded {
+    fn commands(&self, numbers: &Numbers, machine: &Machine) -> Result<Recorded> {
         let reference = match &self.profile {
             Profile::Logged(reference) => reference.clone(),
             Profile::Strokes(strokes) => {
@@ -138,20 +138,21 @@ impl Subject {
                 start.current = start.current.map(|current| current + numbers.start_off[1] / resistance_ohm);
             }
         }
-        Recorded::from(&self.run, &reference, start)
+        Recorded::from(&self.run, &reference, start, &self.machine)
     }
 
     /// What the twin makes of the run.
     pub(super) fn replay(&self, numbers: &Numbers, sensing: Sensing) -> Result<Traces> {
         let machine = self.set(numbers)?;
-        Ok(self.commands(numbers, &machine).replay(&machine, Axis::of(&machine.constants()), sensing))
+        Ok(self.commands(numbers, &machine)?.replay(&machine, Axis::of(&machine.constants()), sensing))
     }
 
     /// By how much residuals change, in units of noise, on the rigid-body scene.
     pub(super) fn change_on_scene(&self, numbers: &Numbers) -> Result<Vec<f64>> {
         let as_fitted = self.replay(numbers, Sensing::Perfect)?;
         let machine = self.set(numbers)?;
-        let scene = self.commands(numbers, &machine).replay(&machine, Rig::new(&machine)?, Sensing::Perfect);
+        let commands = self.commands(numbers, &machine)?;
+        let scene = commands.replay(&machine, Rig::new(&machine)?, Sensing::Perfect);
         Ok(self.difference(&as_fitted, &scene))
     }
 

@@ -4,10 +4,9 @@ use super::page::{Builder, Page, Part};
 use super::replayed::version;
 use super::scale::Scale;
 use super::{data, head, provenance};
-use crate::machine::Machine;
-use crate::recording::{Recording, Signal};
-use crate::replay::{Compared, PlantChoice};
-use crate::report::compared as rows;
+use crate::recording::Signal;
+use crate::replay::Compared;
+use crate::report::compared::{self as rows, Comparison};
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
 
 /// Signals that may stand in the lowest panel: the first that was logged does.
@@ -15,52 +14,52 @@ const LOWEST: [Signal; 3] = [Signal::Thrust, Signal::Current, Signal::ControlEff
 
 /// Recorded runs beside the twin as a page: for each run its signals over time, recording upon twin, and how far they are
 /// apart.
-pub fn compared(
-    recording: &Recording,
-    machine: &Machine,
-    runs: &[Compared],
-    plant: PlantChoice,
-    command: &str,
-) -> Page {
-    let name = &machine.description().name;
-    let sentence = rows::subject(runs, plant);
-    let head = head::plain_head(name, "recording beside twin", &sentence, recording.note.as_deref());
+pub fn compared(of: &Comparison<'_>, command: &str) -> Page {
+    let name = &of.machine.description().name;
+    let head = head::plain_head(name, "recording beside twin", &of.subject(), of.recording.note.as_deref());
     let mut page = Builder::new(&format!("{name}: recording beside twin"), head);
-    for (k, run) in runs.iter().enumerate() {
-        page.section(&format!("run{}", k + 1), run.run.name(), part(run));
+    if let Some(reached) = of.reached() {
+        let mut published = Part::default();
+        published.table(of.published_heads(), &of.published_rows());
+        published.paragraph(&reached);
+        page.section("published", "Beside what is published", published);
+    }
+    for (k, (run, beside)) in of.pairs().enumerate() {
+        page.section(&format!("run{}", k + 1), run.run.name(), part(of, run, beside));
     }
     let mut remark = Part::default();
-    remark.paragraph(&rows::counted(runs));
+    remark.paragraph(&rows::counted(of.runs));
     page.section("counted", "How it is counted", remark);
-    let list = [
-        ("machine file", machine.file().display().to_string()),
-        ("SHA-256 of the recording", recording.sha256()),
-        version(),
-    ];
+    let mut list = vec![("machine file", of.machine.file().display().to_string())];
+    if let Some((beside, _)) = of.beside {
+        list.push(("machine file beside it", beside.file().display().to_string()));
+    }
+    list.extend([("SHA-256 of the recording", of.recording.sha256()), version()]);
     page.section("provenance", "Where this comes from", provenance::list(&list, command));
-    page.finish(&data::of(machine.motion(), &[], None))
+    page.finish(&data::of(of.machine.motion(), &[], None))
 }
 
-fn part(run: &Compared) -> Part {
+fn part(of: &Comparison<'_>, run: &Compared, beside: Option<&Compared>) -> Part {
     let mut part = Part::default();
     let settings = rows::settings(run);
     if !settings.is_empty() {
         part.remark(&format!("Settings in force: {settings}"));
     }
-    part.figure(figure(run));
-    part.table(&rows::SIGNAL_HEADS, &rows::signal_rows(run));
+    part.figure(figure(of, run, beside));
+    part.table(of.signal_heads(), &rows::signal_rows(run, beside));
     part.table(&rows::FIGURE_HEADS, &rows::figure_rows(run));
     part
 }
 
 /// Position, velocity and force of a run: reference, twin, recording.
-fn figure(run: &Compared) -> Figure {
+fn figure(of: &Comparison<'_>, run: &Compared, beside: Option<&Compared>) -> Figure {
     let logged = |signal: &Signal| run.of_signal(*signal).is_some();
     let lowest = LOWEST.into_iter().find(logged);
     let signals: Vec<Signal> =
         [Signal::Position, Signal::Velocity].into_iter().filter(logged).chain(lowest).collect();
     let last = signals.len().saturating_sub(1);
-    let charts = signals.iter().enumerate().map(|(k, &signal)| Panel::Chart(chart(run, signal, k == last)));
+    let each = signals.iter().enumerate();
+    let charts = each.map(|(k, &signal)| Panel::Chart(chart(run, beside, signal, k == last)));
     let name: String =
         run.run.name().chars().map(|c| if c.is_ascii_alphanumeric() || c == '-' { c } else { '_' }).collect();
     let settings = rows::settings(run);
@@ -69,13 +68,17 @@ fn figure(run: &Compared) -> Figure {
     let caption =
         format!("Run {}{settings}: {}, recorded and of the twin.", run.run.name(), words.join(", "));
     let mut figure = Figure::new(name, caption, charts.collect());
-    let has_reference = reference(run, Signal::Position).is_some();
-    let legend = [(Ink::Reference, "reference"), (Ink::Measured, "recording"), (Ink::Before, "twin")];
-    figure.legend = legend
-        .into_iter()
-        .filter(|(ink, _)| *ink != Ink::Reference || has_reference)
-        .map(|(ink, word)| (ink, word.to_owned()))
-        .collect();
+    if reference(run, Signal::Position).is_some() {
+        figure.legend.push((Ink::Reference, "reference".to_owned()));
+    }
+    figure.legend.push((Ink::Measured, "recording".to_owned()));
+    match of.beside {
+        None => figure.legend.push((Ink::Before, "twin".to_owned())),
+        Some((other, _)) => figure.legend.extend([
+            (Ink::Before, format!("twin: {}", of.machine.description().name)),
+            (Ink::After, format!("beside: {}", other.description().name)),
+        ]),
+    }
     figure
 }
 
@@ -94,12 +97,13 @@ fn reference(run: &Compared, signal: Signal) -> Option<Vec<f64>> {
     }
 }
 
-fn chart(run: &Compared, signal: Signal, is_last: bool) -> Chart {
+fn chart(run: &Compared, beside: Option<&Compared>, signal: Signal, is_last: bool) -> Chart {
     let motion = run.run.motion();
     let recorded = run.run.signal(signal).unwrap_or_default();
     let twin = run.twin.signal(signal).unwrap_or_default();
+    let other = beside.and_then(|beside| beside.twin.signal(signal)).unwrap_or_default();
     let reference = reference(run, signal).unwrap_or_default();
-    let all = || recorded.iter().chain(twin).chain(&reference);
+    let all = || recorded.iter().chain(twin).chain(other).chain(&reference);
     let scale = Scale::signal(signal, motion, all());
     let period_s = run.run.sample_period_s();
     let points = |samples: &[f64]| -> Vec<[f64; 2]> {
@@ -108,6 +112,9 @@ fn chart(run: &Compared, signal: Signal, is_last: bool) -> Chart {
     let mut marks = Vec::new();
     if !reference.is_empty() {
         marks.push(Mark::line(Ink::Reference, points(&reference)));
+    }
+    if !other.is_empty() {
+        marks.push(Mark::line(Ink::After, points(other)));
     }
     // The twin lies upon the recording, dashed: where they agree, both are seen.
     marks.push(Mark::line(Ink::Measured, points(recorded)));

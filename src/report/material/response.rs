@@ -55,7 +55,8 @@ impl Response {
         let run =
             runs.iter().filter(|run| run.is_held_out || runs.len() == 1).max_by_key(|run| run.samples())?;
         let find = |signals: &[Signal]| signals.iter().find_map(|signal| run.trace(*signal));
-        let input = find(&[Signal::ControlEffort, Signal::Current, Signal::Thrust])?;
+        let effort = if run.is_fed_forward { &[][..] } else { &[Signal::ControlEffort] };
+        let input = find(effort).or_else(|| find(&[Signal::Current, Signal::Thrust]))?;
         let output = find(&[Signal::Velocity, Signal::Position])?;
         let samples = input.measured.len().min(MOST);
         let length = (samples / (SEGMENTS / 2 + 1)).min(LONGEST);

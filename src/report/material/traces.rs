@@ -6,7 +6,7 @@ use crate::diagnose::motion::smooth;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::LoadModel;
-use crate::recording::{Role, Run, Signal};
+use crate::recording::{FEEDFORWARD_KEY, Role, Run, Signal};
 use crate::replay::Traces;
 use crate::twin::Sensing;
 
@@ -38,6 +38,8 @@ pub struct RunTraces {
     pub reference: Vec<f64>,
     /// The signals, in signal-path order.
     pub traces: Vec<Trace>,
+    /// Whether the effort is only what a feed-forward left to the feedback.
+    pub is_fed_forward: bool,
     /// What the axis was told to do, and when.
     pub events: Vec<Event>,
     /// Loads of sliders A–D in N, where the machine has four.
@@ -73,6 +75,7 @@ impl RunTraces {
             period_s: run.sample_period_s(),
             events: events(&reference, run.sample_period_s()),
             traces: traces.collect(),
+            is_fed_forward: run.metadata.contains_key(FEEDFORWARD_KEY),
             loads: loads(&experiment.machine(improved)?, &after, run.sample_period_s()),
             reference,
         })
@@ -103,6 +106,7 @@ impl RunTraces {
             period_s: run.sample_period_s(),
             events: events(&reference, run.sample_period_s()),
             traces: traces.collect(),
+            is_fed_forward: run.metadata.contains_key(FEEDFORWARD_KEY),
             loads: loads.unwrap_or_default(),
             reference,
         }
