@@ -79,10 +79,14 @@ fn exact_a_batch_is_its_twins_one_by_one() {
             ("effect.cogging.sine_n", 5.0),
             ("effect.cogging.cosine_n", 2.0),
         ],
-        &[("effect.presliding.force_n", 12.0), ("effect.presliding.stiffness_n_per_m", 2e6)],
         &[
-            ("effect.stribeck_friction.coulomb_n", 10.0),
-            ("effect.stribeck_friction.stiction_n", 18.0),
+            ("effect.coulomb_friction.force_n", 12.0),
+            ("effect.presliding.stiffness_n_per_m", 2e6),
+            ("effect.presliding.damping_n_s_per_m", 600.0),
+        ],
+        &[
+            ("effect.coulomb_friction.force_n", 10.0),
+            ("effect.stribeck_friction.peak_ratio", 1.8),
             ("effect.stribeck_friction.stribeck_velocity_m_per_s", 4e-3),
         ],
         &[("effect.encoder_scale.factor", 1.001)],

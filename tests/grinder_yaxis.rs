@@ -92,18 +92,14 @@ fn assert_within(what: &str, value: f64, range: Range<f64>) {
     assert!(range.contains(&value), "{what}: {value}, expected {range:?}");
 }
 
-/// Friction at the one speed of the test before and after, in A: Coulomb force, or the mean of a law in its place, and what the
-/// twin of the healthy axis has of viscous friction.
+/// Friction at the one speed of the test before and after, in A: Coulomb friction, and what the twin of the healthy axis has of
+/// viscous friction.
 fn friction_a(d: &Diagnosis) -> [f64; 2] {
-    let laws = ["coulomb_friction", "asymmetric_friction", "presliding", "stribeck_friction"];
-    let law = d.causes.iter().find(|cause| laws.contains(&cause.effect.as_str())).unwrap();
-    let forces: Vec<_> =
-        law.parameters.iter().filter(|(key, _)| key.ends_with("_n")).map(|(_, p)| p).collect();
-    let mean = |sum: f64| sum / forces.len() as f64;
+    let force = &cause(d, "coulomb_friction").parameters["force_n"];
     let viscous = d.calibration.iter().find(|c| c.path == "effect.viscous_friction.viscous_n_s_per_m");
     let drag = |value: fn(&Parameter) -> f64| viscous.map_or(0.0, |c| SPEED_M_PER_S * value(&c.parameter));
-    let before = mean(forces.iter().map(|p| p.twin).sum()) + drag(|p| p.twin);
-    let after = mean(forces.iter().map(|p| p.value).sum()) + drag(|p| p.value);
+    let before = force.twin + drag(|p| p.twin);
+    let after = force.value + drag(|p| p.value);
     [before / FORCE_PER_AMPERE, after / FORCE_PER_AMPERE]
 }
 

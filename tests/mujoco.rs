@@ -507,7 +507,7 @@ fn ref_strokes_with_friction_are_those_of_the_axis() {
         (vec![("cogging.period_m", 0.02), ("cogging.sine_n", 5.0), ("cogging.cosine_n", 0.0)], 1e-12),
         // Beside an engine the winding sees an extrapolated velocity.
         (vec![("back_emf.back_emf_v_s_per_m", 50.0), ("loop_delay.delay_s", 3.3e-4)], 1e-9),
-        (vec![("presliding.force_n", 15.0), ("presliding.stiffness_n_per_m", 2e6)], 1e-11),
+        (vec![("coulomb_friction.force_n", 15.0), ("presliding.stiffness_n_per_m", 2e6)], 1e-11),
     ];
     for (settings, within_m) in stated {
         let keys: Vec<String> = settings.iter().map(|(key, _)| format!("effect.{key}")).collect();

@@ -75,10 +75,10 @@ fn ref_axis_and_rigid_body_scene_agree_with_friction() {
     let settings = [("effect.coulomb_friction.force_n", toml::Value::Float(15.0))];
     assert_parity(&machine.with_settings(settings).unwrap(), &CELLS);
     let asymmetric = [
-        ("effect.asymmetric_friction.coulomb_positive_n", toml::Value::Float(8.0)),
-        ("effect.asymmetric_friction.coulomb_negative_n", toml::Value::Float(14.0)),
-        ("effect.asymmetric_friction.viscous_positive_n_s_per_m", toml::Value::Float(300.0)),
-        ("effect.asymmetric_friction.viscous_negative_n_s_per_m", toml::Value::Float(420.0)),
+        ("effect.coulomb_friction.force_n", toml::Value::Float(11.0)),
+        ("effect.viscous_friction.viscous_n_s_per_m", toml::Value::Float(360.0)),
+        ("effect.asymmetric_friction.coulomb_asymmetry", toml::Value::Float(-3.0 / 11.0)),
+        ("effect.asymmetric_friction.viscous_asymmetry", toml::Value::Float(-1.0 / 6.0)),
         ("effect.payload.mass_kg", toml::Value::Float(9.0)),
         ("effect.constant_force.force_n", toml::Value::Float(5.0)),
         ("effect.loop_delay.delay_s", toml::Value::Float(400e-6)),
@@ -166,15 +166,15 @@ fn exact_axis_converges_below_what_a_diagnosis_sees() {
     let laws: [&[(&str, f64)]; 5] = [
         &[("effect.coulomb_friction.force_n", 15.0)],
         &[
-            ("effect.stribeck_friction.coulomb_n", 10.0),
-            ("effect.stribeck_friction.stiction_n", 18.0),
+            ("effect.coulomb_friction.force_n", 10.0),
+            ("effect.stribeck_friction.peak_ratio", 1.8),
             ("effect.stribeck_friction.stribeck_velocity_m_per_s", 4e-3),
         ],
         &[
-            ("effect.asymmetric_friction.coulomb_positive_n", 8.0),
-            ("effect.asymmetric_friction.coulomb_negative_n", 14.0),
-            ("effect.asymmetric_friction.viscous_positive_n_s_per_m", 300.0),
-            ("effect.asymmetric_friction.viscous_negative_n_s_per_m", 420.0),
+            ("effect.coulomb_friction.force_n", 11.0),
+            ("effect.viscous_friction.viscous_n_s_per_m", 360.0),
+            ("effect.asymmetric_friction.coulomb_asymmetry", -3.0 / 11.0),
+            ("effect.asymmetric_friction.viscous_asymmetry", -1.0 / 6.0),
         ],
         &[
             ("effect.cogging.period_m", 0.02),
@@ -202,7 +202,7 @@ fn exact_axis_converges_below_what_a_diagnosis_sees() {
 /// Bristles go through each step at an even pace, also where they turn back inside it: they miss the rule by a factor of two.
 #[test]
 fn exact_bristles_converge_to_less_than_a_nanometre() {
-    let bristles = [("effect.presliding.force_n", 15.0), ("effect.presliding.stiffness_n_per_m", 2e6)];
+    let bristles = [("effect.coulomb_friction.force_n", 15.0), ("effect.presliding.stiffness_n_per_m", 2e6)];
     let machine = with(&grinder(), &bristles);
     for cell in [CELLS[0], CELLS[7]] {
         let reference = reference(&machine, cell);
@@ -277,7 +277,7 @@ fn exact_axis_is_the_converged_integration() {
 /// Bristles that hold the axis do not make of a change of 1e-11 in the drag more than a trace of it.
 #[test]
 fn exact_bristles_are_well_conditioned() {
-    let bristles = [("effect.presliding.force_n", 15.0), ("effect.presliding.stiffness_n_per_m", 2e6)];
+    let bristles = [("effect.coulomb_friction.force_n", 15.0), ("effect.presliding.stiffness_n_per_m", 2e6)];
     let machine = with(&grinder(), &bristles);
     let drag = machine.number("guide.viscous_n_s_per_m").unwrap();
     let nudged = with(&machine, &[("guide.viscous_n_s_per_m", drag * (1.0 + 1e-11))]);

@@ -158,11 +158,11 @@ fn exact_stiction_holds_the_shaft() {
     near(speed, 0.005 * 0.5 / machine.constants().viscous, 1e-3);
 }
 
-/// One table apart.
+/// Its friction apart, whose feature goes with it.
 #[test]
 fn exact_variant_with_stiction_is_the_machine_otherwise() {
     let variant = Machine::read(&folder().join("stiction.toml")).unwrap();
-    assert_eq!(variant.without_effect(EffectId::StribeckFriction).unwrap().constants(), servo().constants());
+    assert_eq!(variant.without_effect(EffectId::CoulombFriction).unwrap().constants(), servo().constants());
 }
 
 // ---- the sweep -----------------------------------------------------------------------------------

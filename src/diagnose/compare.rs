@@ -2,7 +2,6 @@
 
 use super::verdict::{Cause, Diagnosis, Parameter, Reference};
 use super::{Options, diagnose, diagnose_beside};
-use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Recording, Signal};
@@ -114,7 +113,6 @@ impl Reference {
         let opened = |gap: f64| (gap * gap - 1.0).max(0.0);
         let share = opened(pass.gap.before) / opened(self.gap_before).max(f64::MIN_POSITIVE);
         for cause in &pass.causes {
-            self.causes.retain(|known| !takes_over(&cause.effect, &known.effect));
             let closes = cause.closes * share.min(1.0);
             match self.causes.iter_mut().find(|known| known.effect == cause.effect) {
                 None => self.causes.push(Cause { closes, ..cause.clone() }),
@@ -131,12 +129,6 @@ impl Reference {
             }
         }
     }
-}
-
-/// Whether a law takes the place of another.
-fn takes_over(law: &str, other: &str) -> bool {
-    let [law, other] = [law, other].map(|name| EffectId::ALL.iter().copied().find(|e| e.name() == name));
-    law.zip(other).is_some_and(|(law, other)| law != other && law.excludes(other))
 }
 
 /// A later estimate in the place of an earlier one; what the machine file has stays.

@@ -4,7 +4,6 @@ use super::evidence::{LEAST_EXCESS, Score, bootstrap};
 use super::fit::{Fit, Sensitivities};
 use super::hypothesis::{EffectSet, Freedom};
 use super::proposals::Proposals;
-use crate::effect::EffectId;
 use std::collections::BTreeMap;
 
 /// A hypothesis fitted on training runs and scored on held-out runs.
@@ -35,11 +34,6 @@ pub struct Found {
     pub chosen: usize,
     /// Posterior probability of each candidate.
     pub posterior: Vec<f64>,
-    /// A candidate with a law that generalises another, and the chosen one with the simpler law that stands beside it: these
-    /// data do not decide between them.
-    pub(super) beside: Option<(usize, usize)>,
-    /// Effects that may be named.
-    pub(super) catalogue: Vec<EffectId>,
     /// What fits that build on a candidate need of it.
     pub(super) bases: BTreeMap<usize, Base>,
 }
@@ -163,13 +157,6 @@ impl Found {
         self.worth_naming(self.chosen, index, before) && !self.is_adequate(index)
     }
 
-    /// A candidate's effects with what a law generalises in the law's place, as far as that may be named.
-    pub(super) fn plain(&self, index: usize, law: EffectId) -> EffectSet {
-        let general = law.stands_for().iter().filter(|e| self.catalogue.contains(e));
-        // Effects that the law stands in for wholly: the plain set has them instead.
-        self.candidates[index].effects().iter().filter(|e| **e != law).chain(general).copied().collect()
-    }
-
     /// Whether every effect of a candidate shows (see [`Fit::shown`]), and no number went to the end of where a fit may look.
     pub(super) fn is_resolved(&self, index: usize) -> bool {
         self.shows(index) && !self.runs_off(index)
@@ -191,23 +178,13 @@ impl Found {
         })
     }
 
-    /// Whether a law that generalises others beats every set of those others that was looked at: if it does not,
-    /// its extra freedom says nothing and the simpler effects stand for it.
-    pub(super) fn is_needed(&self, index: usize, law: EffectId) -> bool {
-        let plain = self.plain(index, law);
-        let simpler = self.candidates.iter().enumerate().filter(|(_, c)| c.effects().is_subset(&plain));
-        simpler.map(|(k, _)| k).all(|simple| self.beyond_chance(index, simple))
-    }
-
     /// Whether a candidate predicts better than the chosen one by less than is worth naming: a detail that only
     /// shows once the chosen effects are in the twin, not a rival of them.
     pub fn is_refinement(&self, index: usize, before: &Score) -> bool {
         let (other, chosen) = (&self.candidates[index].score, &self.candidates[self.chosen].score);
         let (more, own) = (self.candidates[index].effects(), self.effects());
         let numbers = |k: usize| self.candidates[k].fit.hypothesis.numbers();
-        let is_fuller = more.len() > own.len()
-            || numbers(index) > numbers(self.chosen)
-            || more.difference(own).any(|e| !e.supersedes().is_empty());
+        let is_fuller = more.len() > own.len() || numbers(index) > numbers(self.chosen);
         // Beside an explanation that leaves nothing open, whatever does as well is its rival; so is another one as simple,
         // in effects and in numbers.
         index != self.chosen
@@ -276,24 +253,17 @@ const DRAWS: usize = 200;
 pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let candidates = &found.candidates;
     let best = reference(candidates);
-    let stands: Vec<bool> = (0..candidates.len())
-        .map(|index| {
-            let mut laws = candidates[index].effects().iter().filter(|e| !e.supersedes().is_empty());
-            laws.all(|&law| found.is_needed(index, law)) && !found.is_refinement(index, before)
-        })
-        .collect();
+    let stands: Vec<bool> =
+        (0..candidates.len()).map(|index| !found.is_refinement(index, before)).collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
-    let simple: Vec<bool> = (0..candidates.len()).map(|index| found.is_simple(index)).collect();
     let mut sum = vec![0.0; candidates.len()];
     for weights in bootstrap(best.blocks(), DRAWS) {
         let likelihood = |k: usize| blocks[k].iter().zip(&weights).map(|(l, w)| l * w).sum::<f64>();
-        let lift = found.beside.map_or(0.0, |(law, plain)| likelihood(law) - likelihood(plain));
         let merit = |(k, candidate): (usize, &Candidate)| {
             if !stands[k] {
                 return f64::NEG_INFINITY;
             }
-            let lift = if simple[k] { lift } else { 0.0 };
-            likelihood(k) + lift - price(candidate.effects()) - candidate.fit.strain()
+            likelihood(k) - price(candidate.effects()) - candidate.fit.strain()
         };
         let merits: Vec<f64> = candidates.iter().enumerate().map(merit).collect();
         let most = merits.iter().copied().fold(f64::MIN, f64::max);
@@ -309,6 +279,7 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
 pub(super) mod tests {
     use super::*;
     use crate::diagnose::hypothesis::{Free, Hypothesis};
+    use crate::effect::EffectId;
 
     pub(in crate::diagnose) const COULOMB: EffectId = EffectId::CoulombFriction;
     pub(in crate::diagnose) const BACKLASH: EffectId = EffectId::Backlash;
@@ -339,8 +310,7 @@ pub(super) mod tests {
     }
 
     pub(in crate::diagnose) fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {
-        let catalogue = EffectId::ALL.to_vec();
-        Found { candidates, chosen, posterior: vec![], beside: None, catalogue, bases: BTreeMap::new() }
+        Found { candidates, chosen, posterior: vec![], bases: BTreeMap::new() }
     }
 
     /// Beside a gap of 100, what closes half of the rest is named, what closes 0.3 % of all is named, and less is not.

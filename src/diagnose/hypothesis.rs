@@ -53,6 +53,15 @@ pub struct Hypothesis {
     pub starts: Vec<Vec<f64>>,
 }
 
+/// Whether every feature of a set has something to modify, in the set or in the machine's file (heredity).
+pub fn is_hereditary(machine: &Machine, effects: &EffectSet) -> bool {
+    let stands = |effect: &EffectId| {
+        machine.description().has_modified(*effect)
+            || effect.modifies().iter().any(|of| effects.contains(of))
+    };
+    effects.iter().all(stands)
+}
+
 /// Starting sets of a hypothesis at most.
 const MOST_STARTS: usize = 48;
 
@@ -192,17 +201,18 @@ fn scale(start: f64, (low, high): (f64, f64)) -> f64 {
 
 /// The stated constants that are free inside their tolerance: mass, viscous coefficient, force constant, winding
 /// resistance and inductance, and the parameters of effects that the twin already has; not those of the
-/// hypothesis, nor those it takes over.
+/// hypothesis.
 fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
     let tolerance = &machine.description().tolerance;
     let stated = machine.stated_constants();
-    let free_to_move = |effect: EffectId| !effects.iter().any(|e| *e == effect || e.excludes(effect));
+    let free_to_move = |effect: EffectId| !effects.contains(&effect);
     let mut list = Vec::new();
     let mut push = |effect: EffectId, index: usize, neutral: f64, half: f64| {
         let parameter = parameters(effect, machine.motion()).nth(index);
         let moves = half > 0.0 && free_to_move(effect) && effect.applies(&stated);
         if let Some((name, unit)) = parameter.filter(|_| moves) {
-            let range = (neutral - half, neutral + half);
+            let (low, high) = effect.parameters()[index].limits;
+            let range = ((neutral - half).max(low), (neutral + half).min(high));
             let path = path(effect, name);
             let freedom = Freedom::Calibration;
             list.push(Free { effect, name, unit, path, freedom, neutral, range, scale: half, held: false });

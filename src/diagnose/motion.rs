@@ -87,15 +87,11 @@ impl Motion {
             let mut base = BaseShare::new(&constants, period);
             let each = forces.iter().enumerate().map(|(k, force)| {
                 let (x, v) = (position[k], velocity[k]);
-                let own: f64 = effects
+                let pushed: f64 = effects
                     .iter()
-                    .map(|effect| {
-                        let sliding = effect.bristle().map_or(0.0, |bristle| bristle.force);
-                        let drag = effect.resistance(v.signum(), v.abs()) + sliding;
-                        let rippled = if ripple { force * effect.ripple(x) } else { 0.0 };
-                        effect.push(x, v) + rippled - v.signum() * drag
-                    })
+                    .map(|effect| effect.push(x, v) + if ripple { force * effect.ripple(x) } else { 0.0 })
                     .sum();
+                let own = pushed - v.signum() * constants.friction.resistance(v.signum(), v.abs(), constants.viscous);
                 let weight = weight.map_or(0.0, |weight| weight.effort(x));
                 let driving = force + own + weight - constants.viscous * v;
                 constants.moving_mass * acceleration[k] + base.force(driving) - driving

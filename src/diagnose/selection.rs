@@ -5,7 +5,7 @@ use super::experiment::Experiment;
 use super::fit::{Care, Fit, Sensitivities, fit};
 use super::floors::Floors;
 use super::found::{Base, Candidate, Found, posterior};
-use super::hypothesis::{EffectSet, Hypothesis};
+use super::hypothesis::{EffectSet, Hypothesis, is_hereditary};
 use super::motion;
 use super::proposals::Proposals;
 use crate::effect::EffectId;
@@ -33,7 +33,7 @@ pub struct Search<'a> {
 }
 
 /// More effects than this are not named at once.
-const MOST_EFFECTS: usize = 5;
+const MOST_EFFECTS: usize = 6;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
 /// A rough fit that gains less log-likelihood than this is left: the effect does not show.
@@ -51,8 +51,6 @@ impl Search<'_> {
             candidates: Vec::new(),
             chosen: 0,
             posterior: Vec::new(),
-            beside: None,
-            catalogue: self.catalogue.to_vec(),
             bases: BTreeMap::new(),
         };
         let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
@@ -70,9 +68,8 @@ impl Search<'_> {
                 let sound: Vec<usize> = all.into_iter().filter(|&k| found.may_follow(k, before)).collect();
                 found.chosen = found.best_of(&sound).unwrap_or(found.chosen);
             }
-            self.shrink(&mut found)?;
+            self.shrink(&mut found, before)?;
             self.swap(&mut found, before)?;
-            self.refine(&mut found, before)?;
             if settled == Some(found.chosen) {
                 break;
             }
@@ -83,11 +80,6 @@ impl Search<'_> {
             found.chosen = fuller;
             found.posterior = posterior(&found, before);
         }
-        if let Some(plainer) = found.plainer(before) {
-            found.chosen = plainer;
-            found.posterior = posterior(&found, before);
-        }
-        found.let_stand_beside(before);
         Ok(found)
     }
 
@@ -185,27 +177,16 @@ impl Search<'_> {
         Ok(Candidate { fit, score, has_own_floor, thorough })
     }
 
-    /// Adds the best elementary effect as long as that is beyond chance and material; a law that generalises others
-    /// only where it leaves nothing open and no elementary effect does.
+    /// Adds the best effect as long as that is beyond chance and material.
     fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
-            let sets = self.larger(found.effects(), |e| e.supersedes().is_empty());
+            let sets = self.larger(found.effects());
             let indices = self.explore(found, &sets, found.chosen)?;
             let fit_to = |next: &dyn Fn(usize) -> bool| -> Vec<usize> {
                 indices.iter().copied().filter(|&index| next(index)).collect()
             };
-            let mut next = found.best_of(&fit_to(&|index| found.may_follow(index, before)));
+            let next = found.best_of(&fit_to(&|index| found.may_follow(index, before)));
             let leads = found.best_of(&fit_to(&|index| found.may_lead_on(index, before)));
-            if next.is_none_or(|best| !found.is_adequate(best)) {
-                let laws = self.replacing(found.effects());
-                let mut indices = self.explore(found, &laws, found.chosen)?;
-                indices.retain(|&index| found.is_adequate(index) && found.may_follow(index, before));
-                if let Some(best) = found.best_of(&indices)
-                    && self.all_needed(found, best)?
-                {
-                    next = Some(best);
-                }
-            }
             match next.or(leads) {
                 Some(best) => found.chosen = best,
                 None => break,
@@ -214,36 +195,53 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The set with one effect more, of those that `wanted` lets through and that can act beside it.
-    fn larger(&self, set: &EffectSet, wanted: impl Fn(EffectId) -> bool) -> Vec<EffectSet> {
-        let fits =
-            |e: &&EffectId| wanted(**e) && !set.contains(e) && set.iter().all(|own| !own.excludes(**e));
-        self.catalogue.iter().filter(fits).map(|e| set.iter().copied().chain([*e]).collect()).collect()
-    }
-
-    /// The set with a law that generalises others in their place, for each such law.
-    fn replacing(&self, set: &EffectSet) -> Vec<EffectSet> {
-        let laws = self.catalogue.iter().filter(|e| !e.supersedes().is_empty() && !set.contains(e));
-        laws.map(|law| {
-            let rest = set.iter().copied().filter(|e| !law.excludes(*e));
-            rest.chain([*law]).collect()
-        })
-        .collect()
-    }
-
-    /// Takes away effects that the others make superfluous.
-    fn shrink(&self, found: &mut Found) -> Result<()> {
-        while found.effects().len() > 1 {
-            let smaller = subsets(found.effects());
-            let indices = self.explore(found, &smaller, found.chosen)?;
-            let Some(best) = found.best_of(&indices) else { break };
-            // What was added beyond chance stays while it pays; more explanations seen since then change the weights.
-            if found.merit(found.chosen) > found.merit(best) {
-                break;
+    /// The set with one effect more; a feature that would have nothing to modify comes with what it modifies.
+    fn larger(&self, set: &EffectSet) -> Vec<EffectSet> {
+        let with = |effect: &EffectId| {
+            let plus = |more: &[EffectId]| -> EffectSet { set.iter().chain(more).copied().collect() };
+            let alone = plus(&[*effect]);
+            if is_hereditary(self.machine, &alone) {
+                return Some(alone);
             }
+            let modified = effect.modifies().iter().find(|of| self.catalogue.contains(of))?;
+            Some(plus(&[*effect, *modified]))
+        };
+        self.catalogue.iter().filter(|effect| !set.contains(effect)).filter_map(with).collect()
+    }
+
+    /// Takes away effects that the others make superfluous, and features that are not worth naming.
+    fn shrink(&self, found: &mut Found, before: &Score) -> Result<()> {
+        while found.effects().len() > 1 {
+            let smaller = self.subsets(found.effects());
+            let indices = self.explore(found, &smaller, found.chosen)?;
+            // What was added beyond chance stays while it pays; more explanations seen since then change the weights. A feature
+            // may have come with what it modifies, which alone was beyond chance.
+            let superfluous = |index: &usize| {
+                let taken = found.effects().difference(found.candidates[*index].effects());
+                let is_detail = taken.copied().all(|e| !e.modifies().is_empty())
+                    && !found.worth_naming(found.chosen, *index, before);
+                found.merit(*index) >= found.merit(found.chosen) || is_detail
+            };
+            let indices: Vec<usize> = indices.into_iter().filter(superfluous).collect();
+            let Some(best) = found.best_of(&indices) else { break };
             found.chosen = best;
         }
         Ok(())
+    }
+
+    /// The set without each of its members, and without the features that then have nothing to modify.
+    fn subsets(&self, set: &EffectSet) -> Vec<EffectSet> {
+        let without = |left: &EffectId| -> EffectSet {
+            let rest: EffectSet = set.iter().filter(|e| *e != left).copied().collect();
+            let stands = |effect: &&EffectId| {
+                self.machine.description().has_modified(**effect)
+                    || effect.modifies().iter().any(|of| rest.contains(of))
+            };
+            rest.iter().filter(stands).copied().collect()
+        };
+        let mut sets: Vec<EffectSet> = set.iter().map(without).collect();
+        sets.dedup();
+        sets
     }
 
     /// Puts every other effect in the place of each chosen one: what was found first may only have stood for another.
@@ -252,20 +250,16 @@ impl Search<'_> {
         if chosen.len() < 2 {
             return Ok(());
         }
-        for rest in subsets(&chosen) {
+        for rest in self.subsets(&chosen) {
             let Some(from) = found.index(&rest) else { continue };
-            let sets = self.larger(&rest, |e| e.supersedes().is_empty());
+            let sets = self.larger(&rest);
             self.explore(found, &sets, from)?;
         }
         let rivals: Vec<usize> = (0..found.candidates.len())
             .filter(|&k| found.candidates[k].effects().len() <= chosen.len())
             .collect();
         let best = found.best_of(&rivals).filter(|&best| {
-            let laws = found.candidates[best]
-                .effects()
-                .iter()
-                .all(|e| e.supersedes().is_empty() || chosen.contains(e));
-            laws && found.merit(best) > found.merit(found.chosen) + LEAST_GAIN
+            found.merit(best) > found.merit(found.chosen) + LEAST_GAIN
                 && found.candidates[best].thorough
                 && found.is_resolved(best)
                 && !found.loses_ground(best, before)
@@ -275,45 +269,4 @@ impl Search<'_> {
         }
         Ok(())
     }
-
-    /// Tries laws that take over several elementary effects, alone and beside the rest.
-    fn refine(&self, found: &mut Found, before: &Score) -> Result<()> {
-        for full in self.replacing(&found.effects().clone()) {
-            let Some(&law) = full.iter().find(|e| !found.effects().contains(e)) else { continue };
-            let mut sets = subsets(&full);
-            sets.retain(|set| set.contains(&law));
-            sets.extend([full, EffectSet::from([law])]);
-            let indices = self.explore(found, &sets, found.chosen)?;
-            let Some(best) = found.best_of(&indices) else { continue };
-            let better = found.merit(best) > found.merit(found.chosen);
-            if better && found.worth_naming(best, found.chosen, before) && self.all_needed(found, best)? {
-                found.chosen = best;
-                return Ok(());
-            }
-        }
-        Ok(())
-    }
-
-    /// Whether every law of a candidate that generalises others is needed, the plain sets looked at first.
-    fn all_needed(&self, found: &mut Found, index: usize) -> Result<bool> {
-        let laws: Vec<EffectId> = found.candidates[index]
-            .effects()
-            .iter()
-            .copied()
-            .filter(|e| !e.supersedes().is_empty())
-            .collect();
-        for law in laws {
-            let plain = found.plain(index, law);
-            self.explore(found, &[plain], found.chosen)?;
-            if !found.is_needed(index, law) {
-                return Ok(false);
-            }
-        }
-        Ok(true)
-    }
-}
-
-/// The set without each of its members.
-fn subsets(set: &EffectSet) -> Vec<EffectSet> {
-    set.iter().map(|left| set.iter().filter(|e| *e != left).copied().collect()).collect()
 }

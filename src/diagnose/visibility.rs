@@ -54,12 +54,6 @@ pub fn unseen(effect: EffectId, machine: &Machine, experiments: &[Experiment]) -
             _ => "The machine, as its file states it, has nothing that this effect could change.",
         });
     }
-    let stated = &machine.description().effect;
-    if EffectId::ALL.iter().any(|other| stated.contains(*other) && effect.clashes_with(*other)) {
-        return Some(
-            "The machine file states another law of the same friction: take that out to have this one looked at.",
-        );
-    }
     let reasons: Option<Vec<&'static str>> =
         experiments.iter().map(|experiment| hidden(effect, experiment)).collect();
     reasons?.first().copied()

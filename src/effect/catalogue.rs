@@ -30,31 +30,9 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::PARAMETERS,)+ }
             }
 
-            /// The effects whose say this one takes over where both are present.
-            pub fn supersedes(self) -> &'static [EffectId] {
-                match self { $(Self::$law => <$law as Law>::SUPERSEDES,)+ }
-            }
-
-            /// Whether one of two effects takes over the other.
-            fn takes_over(self, other: Self) -> bool {
-                self.supersedes().contains(&other) || other.supersedes().contains(&self)
-            }
-
-            /// Whether two effects cannot act beside each other: one takes over the other, or both the same third.
-            pub fn excludes(self, other: Self) -> bool {
-                self != other
-                    && (self.takes_over(other)
-                        || self.supersedes().iter().any(|third| other.supersedes().contains(third)))
-            }
-
-            /// Whether both take the place of a third and neither that of the other: stated together they would act twice.
-            pub fn clashes_with(self, other: Self) -> bool {
-                self.excludes(other) && !self.takes_over(other)
-            }
-
-            /// See [`Law::STANDS_FOR`].
-            pub fn stands_for(self) -> &'static [EffectId] {
-                match self { $(Self::$law => <$law as Law>::STANDS_FOR,)+ }
+            /// See [`Law::MODIFIES`].
+            pub fn modifies(self) -> &'static [EffectId] {
+                match self { $(Self::$law => <$law as Law>::MODIFIES,)+ }
             }
 
             /// See [`Law::MAKES_NOISE`].
@@ -115,27 +93,6 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.alter(constants),)+ }
             }
 
-            /// See [`Law::resistance`].
-            #[inline]
-            pub fn resistance(&self, direction: f64, speed: f64) -> f64 {
-                match self { $(Self::$law(law) => law.resistance(direction, speed),)+ }
-            }
-
-            /// See [`Law::RESISTANCE_VARIES`].
-            pub fn resistance_varies(&self) -> bool {
-                match self { $(Self::$law(_) => <$law as Law>::RESISTANCE_VARIES,)+ }
-            }
-
-            /// See [`Law::load_coefficient`].
-            pub fn load_coefficient(&self) -> f64 {
-                match self { $(Self::$law(law) => law.load_coefficient(),)+ }
-            }
-
-            /// See [`Law::bristle`].
-            pub fn bristle(&self) -> Option<Bristle> {
-                match self { $(Self::$law(law) => law.bristle(),)+ }
-            }
-
             /// See [`Law::push`].
             #[inline]
             pub fn push(&self, position: f64, velocity: f64) -> f64 {
@@ -178,24 +135,11 @@ macro_rules! catalogue {
         }
 
         impl Effects {
-            /// The effects that act: those present and not superseded by another one present.
+            /// The effects stated, in signal-path order.
             pub fn acting(&self) -> Vec<Effect> {
                 let mut present: Vec<Effect> = Vec::new();
                 $(if let Some(law) = &self.$id { present.push(Effect::$law(law.clone())); })+
-                let superseded: Vec<EffectId> =
-                    present.iter().flat_map(|e| e.id().supersedes()).copied().collect();
-                present.retain(|effect| !superseded.contains(&effect.id()));
                 present
-            }
-
-            /// Two effects present that both take the place of a third: they would act twice.
-            fn clash(&self) -> Option<(String, String)> {
-                let present: Vec<EffectId> =
-                    EffectId::ALL.iter().copied().filter(|id| self.contains(*id)).collect();
-                let (a, b) = present.iter().enumerate().find_map(|(k, a)| {
-                    present[k + 1..].iter().find(|b| a.clashes_with(**b)).map(|b| (a, b))
-                })?;
-                Some((format!("effect.{}", a.name()), format!("stated beside {}: both hold the same friction", b.name())))
             }
 
             /// Whether the effect is stated.
@@ -208,7 +152,7 @@ macro_rules! catalogue {
                 $(if let Some(fault) = self.$id.as_ref().and_then(Law::fault) {
                     return Some((format!("effect.{}", stringify!($id)), fault));
                 })+
-                self.clash()
+                None
             }
         }
     };

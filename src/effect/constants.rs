@@ -4,6 +4,7 @@ use crate::base::Modes;
 use crate::controller::Controller;
 use crate::drive::amplifier::Amplifier;
 use crate::drive::motor::Circuit;
+use crate::guide::DryFriction;
 use crate::sensor::VelocityEstimate;
 
 /// The numbers of the twin, along the driven joint.
@@ -27,8 +28,8 @@ pub struct Constants {
     pub has_transmission: bool,
     /// Viscous coefficient of the guide in N·s/m, or N·m·s/rad.
     pub viscous: f64,
-    /// Symmetric Coulomb friction of the guide in N, or N·m; it acts through its effect.
-    pub coulomb: f64,
+    /// Dry friction of the guide; effects state it.
+    pub friction: DryFriction,
     /// Whether the guide has four bearing sliders whose loads are known.
     pub has_slider_loads: bool,
     /// Modes of the base at the point that receives the reaction.

@@ -1,7 +1,7 @@
 //! Coulomb friction of the guide.
 
 use super::law::negative;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site};
 use serde::{Deserialize, Serialize};
 
 /// Coulomb (dry) friction of the guide.
@@ -14,16 +14,16 @@ use serde::{Deserialize, Serialize};
 /// Positive force acts along positive position.
 ///
 /// # Validity
-/// Gross sliding and ideal sticking; no stiction peak, no presliding motion, no dependence on load,
-/// position or direction.
+/// Gross sliding and ideal sticking. Stiction, presliding, load and direction are features that modify it, see
+/// [`DryFriction`](crate::guide::DryFriction).
 ///
 /// # Source
 /// Coulomb (1785); Janot, Gautier, Brunot (2019), eq. 2, term `Fc·sign(q̇)`.
 ///
 /// ```
-/// use slideway::effect::{CoulombFriction, Law};
-/// let law = CoulombFriction { force_n: 15.0 };
-/// assert_eq!(law.resistance(1.0, 0.3), law.resistance(-1.0, 0.0));
+/// use slideway::guide::DryFriction;
+/// let guide = DryFriction { coulomb: 15.0, ..DryFriction::default() };
+/// assert_eq!(guide.level(1.0, 0.3), guide.level(-1.0, 0.0));
 /// ```
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -37,29 +37,21 @@ impl Law for CoulombFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "Coulomb friction";
     const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
-    const RESISTANCE_VARIES: bool = false;
-    const DOORS: &'static [Door] = &[Door::Resistance];
 
     fn fault(&self) -> Option<String> {
         negative("force_n", self.force_n)
     }
 
     fn alter(&self, constants: &mut Constants) {
-        constants.coulomb = self.force_n;
-    }
-
-    fn resistance(&self, _direction: f64, _speed: f64) -> f64 {
-        self.force_n
+        constants.friction.coulomb = self.force_n;
     }
 
     fn neutral(constants: &Constants) -> Vec<f64> {
-        vec![constants.coulomb]
+        vec![constants.friction.coulomb]
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let own = screen.constants.as_ref().map_or(0.0, |c| c.coulomb);
-        let found = screen.four_coefficients().map_or(0.05 * screen.largest_force, |[_, _, sign, _]| -sign);
-        vec![vec![(own + found).max(0.0)]]
+        vec![vec![screen.coulomb().max(0.0)]]
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {

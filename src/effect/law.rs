@@ -1,7 +1,6 @@
 //! What every law of the catalogue says of itself.
 
 use super::{Constants, EffectId, Screen};
-use crate::guide::Bristle;
 use crate::units::Motion;
 use serde::Serialize;
 
@@ -55,6 +54,8 @@ pub struct Parameter {
     /// Whether a fit leaves it where each of its starts puts it: a number that picks, or one that is read off
     /// the data.
     pub held: bool,
+    /// Values that the law allows.
+    pub limits: (f64, f64),
 }
 
 impl Parameter {
@@ -70,7 +71,12 @@ impl Parameter {
         unit: &'static str,
         revolute_unit: &'static str,
     ) -> Self {
-        Self { name, revolute_name, unit, revolute_unit, held: false }
+        Self { name, revolute_name, unit, revolute_unit, held: false, limits: (f64::NEG_INFINITY, f64::INFINITY) }
+    }
+
+    /// The parameter, which the law allows from one value to another.
+    pub const fn within(self, from: f64, to: f64) -> Self {
+        Self { limits: (from, to), ..self }
     }
 
     /// The parameter, left by fits where each start puts it.
@@ -113,12 +119,6 @@ impl Parameter {
 /// A way in which a law acts on the twin, beside moving its constants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Door {
-    /// [`Law::resistance`].
-    Resistance,
-    /// [`Law::load_coefficient`].
-    Load,
-    /// [`Law::bristle`].
-    Bristle,
     /// [`Law::push`].
     Push,
     /// [`Law::ripple`].
@@ -131,8 +131,8 @@ pub enum Door {
 
 /// A law of the catalogue.
 ///
-/// A law acts through any of several doors, each neutral unless overridden: it moves constants of the twin
-/// ([`alter`](Law::alter)), or acts along the path while the twin runs, through the doors that it lists in
+/// A law acts through any of several doors, each neutral unless overridden: it moves constants of the twin, its dry friction
+/// among them ([`alter`](Law::alter)), or acts along the path while the twin runs, through the doors that it lists in
 /// [`DOORS`](Law::DOORS). Forces are positive along the axis' positive direction; N for a prismatic, N·m for a
 /// revolute axis.
 pub trait Law: Sized {
@@ -143,11 +143,9 @@ pub trait Law: Sized {
     const PARAMETERS: &'static [Parameter];
     /// What it is, in a phrase that fits into "… causes 94 % of the gap".
     const PHRASE: &'static str;
-    /// Effects whose say it takes over.
-    const SUPERSEDES: &'static [EffectId] = &[];
-    /// Simpler effects that together may do what it does: it is named only where it does better than all of them, and
-    /// alone only where they do not stand by themselves.
-    const STANDS_FOR: &'static [EffectId] = Self::SUPERSEDES;
+    /// Of a feature of friction: the effects of which it modifies one or several. Without any of them it does nothing, and is
+    /// neither stated nor looked for.
+    const MODIFIES: &'static [EffectId] = &[];
     /// How much rarer than others it is, as the logarithm of odds: what decides where data cannot, because the law
     /// is another one's equal on them.
     const RARITY: f64 = 0.0;
@@ -156,9 +154,6 @@ pub trait Law: Sized {
     const MAKES_NOISE: bool = false;
     /// The doors that it overrides.
     const DOORS: &'static [Door] = &[];
-
-    /// Whether [`resistance`](Law::resistance) depends on speed.
-    const RESISTANCE_VARIES: bool = true;
 
     /// Whether the first parameter found by screening comes on top of what the twin states already.
     const CUMULATIVE: bool = false;
@@ -175,23 +170,6 @@ pub trait Law: Sized {
 
     /// Moves constants of the twin.
     fn alter(&self, _constants: &mut Constants) {}
-
-    /// Magnitude of the friction that opposes motion at `speed` ≥ 0 in `direction` (±1); at zero speed, the
-    /// force up to which the guide sticks. Less than zero only for a law that has more drag than its own in the
-    /// linear dynamics (a mean over both directions, say).
-    fn resistance(&self, _direction: f64, _speed: f64) -> f64 {
-        0.0
-    }
-
-    /// Coulomb friction per sum of the magnitudes of the sliders' loads.
-    fn load_coefficient(&self) -> f64 {
-        0.0
-    }
-
-    /// Friction as bristles that deflect before they slide.
-    fn bristle(&self) -> Option<Bristle> {
-        None
-    }
 
     /// Force on the moving part as a single-valued function of position and velocity.
     fn push(&self, _position: f64, _velocity: f64) -> f64 {

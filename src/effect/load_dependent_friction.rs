@@ -1,7 +1,7 @@
 //! Friction in proportion to what the sliders carry or the transmission transmits.
 
 use super::law::negative;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site};
 use serde::{Deserialize, Serialize};
 
 /// Dry friction proportional to the loads of the four bearing sliders, or, on a machine without them, to what its transmission
@@ -35,7 +35,6 @@ impl Law for LoadDependentFriction {
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1")];
     // Where the loads do not change it is Coulomb friction, which says the same with less.
     const RARITY: f64 = 3.0;
-    const DOORS: &'static [Door] = &[Door::Load];
 
     fn applies(constants: &Constants) -> bool {
         constants.has_slider_loads || constants.has_transmission
@@ -45,12 +44,12 @@ impl Law for LoadDependentFriction {
         negative("coefficient", self.coefficient)
     }
 
-    fn load_coefficient(&self) -> f64 {
-        self.coefficient
+    fn alter(&self, constants: &mut Constants) {
+        constants.friction.load_coefficient = self.coefficient;
     }
 
-    fn neutral(_constants: &Constants) -> Vec<f64> {
-        vec![0.0]
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.friction.load_coefficient]
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {

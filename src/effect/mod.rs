@@ -82,8 +82,6 @@ pub use voltage_saturation::VoltageSaturation;
 pub use winding_inductance::WindingInductance;
 pub use winding_resistance::WindingResistance;
 
-use crate::guide::Bristle;
-
 catalogue::catalogue! {
     controller_gain: ControllerGain,
     loop_delay: LoopDelay,

@@ -85,6 +85,12 @@ impl Screen {
         self.constants.as_ref().map_or(0.0, |c| c.viscous)
     }
 
+    /// Coulomb friction of the twin with what the missing force shows of it, in N or N·m.
+    pub fn coulomb(&self) -> f64 {
+        let own = self.constants.as_ref().map_or(0.0, |c| c.friction.coulomb);
+        own + self.four_coefficients().map_or(0.05 * self.largest_force, |[_, _, sign, _]| -sign)
+    }
+
     /// Sample period in s.
     pub fn sample_period_s(&self) -> f64 {
         self.constants.as_ref().map_or(1e-3, |c| c.sample_period_s)

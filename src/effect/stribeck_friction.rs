@@ -1,32 +1,30 @@
 //! Stiction that decays with speed.
 
-use super::law::{negative, not_positive};
-use super::{Constants, Door, EffectId, Law, Parameter, Screen, Site};
+use super::law::not_positive;
+use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
 
-/// Dry friction with stiction and Stribeck decay.
+/// Stiction with Stribeck decay: at rest and at low speed the guide's Coulomb friction is higher.
 ///
 /// # Model
 /// ```text
-///   v ≠ 0:  F = −(F_c + (F_s − F_c)·exp(−(v/v_s)²))·sgn(v)
-///   v = 0:  F = whatever holds the axis, up to |F| ≤ F_s
+///   v ≠ 0:  F = −F_c·(1 + (p − 1)·exp(−(v/v_s)²))·sgn(v)
+///   v = 0:  F = whatever holds the axis, up to |F| ≤ p·F_c
 /// ```
-/// It takes the place of Coulomb friction; F_s is not below F_c. Positive force acts along positive position.
+/// with F_c that of Coulomb friction, which it modifies; p = F_s/F_c is the ratio of stiction to Coulomb friction. Positive force
+/// acts along positive position.
 ///
 /// # Validity
-/// Static: no memory of how long the axis stood. At speeds well above v_s it is Coulomb friction.
+/// Static: no memory of how long the axis stood. At speeds well above v_s it does nothing.
 ///
 /// # Source
 /// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StribeckFriction {
-    /// F_c in N, or N·m for a revolute axis; not negative.
-    #[serde(alias = "coulomb_nm")]
-    pub coulomb_n: f64,
-    /// F_s in N, or N·m; not negative.
-    #[serde(alias = "stiction_nm")]
-    pub stiction_n: f64,
+    /// p = F_s/F_c; at least 1.
+    pub peak_ratio: f64,
     /// v_s in m/s, or rad/s; more than zero.
     #[serde(alias = "stribeck_velocity_rad_per_s")]
     pub stribeck_velocity_m_per_s: f64,
@@ -34,43 +32,35 @@ pub struct StribeckFriction {
 
 impl Law for StribeckFriction {
     const SITE: Site = Site::Guide;
-    const PHRASE: &'static str = "friction with stiction that decays with speed";
+    const PHRASE: &'static str = "stiction that decays with speed";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::effort("coulomb_n", "coulomb_nm"),
-        Parameter::effort("stiction_n", "stiction_nm"),
+        Parameter::same("peak_ratio", "1").within(1.0, f64::INFINITY),
         Parameter::differing("stribeck_velocity_m_per_s", "stribeck_velocity_rad_per_s", "m/s", "rad/s"),
     ];
-    // Friction in proportion to the slider loads is Coulomb friction while these do not change.
-    const SUPERSEDES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
-    const DOORS: &'static [Door] = &[Door::Resistance];
+    const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction];
 
     fn fault(&self) -> Option<String> {
-        negative("coulomb_n", self.coulomb_n)
-            .or_else(|| negative("stiction_n", self.stiction_n))
+        let peak = self.peak_ratio;
+        let low = !(peak.is_finite() && peak >= 1.0);
+        low.then(|| format!("peak_ratio = {peak}, expected at least 1: stiction is not below Coulomb friction"))
             .or_else(|| not_positive("stribeck_velocity_m_per_s", self.stribeck_velocity_m_per_s))
-            .or_else(|| {
-                (self.stiction_n < self.coulomb_n)
-                    .then(|| format!("stiction_n = {} below coulomb_n = {}", self.stiction_n, self.coulomb_n))
-            })
     }
 
     fn alter(&self, constants: &mut Constants) {
-        constants.coulomb = self.coulomb_n;
-    }
-
-    #[inline]
-    fn resistance(&self, _direction: f64, speed: f64) -> f64 {
-        let ratio = speed / self.stribeck_velocity_m_per_s;
-        self.coulomb_n + (self.stiction_n - self.coulomb_n) * (-ratio * ratio).exp()
+        constants.friction.stribeck =
+            Some(Stribeck { peak_ratio: self.peak_ratio, velocity: self.stribeck_velocity_m_per_s });
     }
 
     fn neutral(constants: &Constants) -> Vec<f64> {
-        vec![constants.coulomb, constants.coulomb, f64::NAN]
+        match constants.friction.stribeck {
+            Some(Stribeck { peak_ratio, velocity }) => vec![peak_ratio, velocity],
+            None => vec![1.0, f64::NAN],
+        }
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         let direction = screen.directions();
-        let own = screen.constants.as_ref().map_or(0.0, |c| c.coulomb);
+        let own = screen.constants.as_ref().map_or(0.0, |c| c.friction.coulomb);
         let fastest = screen.largest_speed();
         [0.01, 0.03, 0.1, 0.3]
             .into_iter()
@@ -89,15 +79,20 @@ impl Law for StribeckFriction {
                     Some([_, _, sign, _, extra]) => (own - sign, -extra),
                     _ => (own + 0.05 * screen.largest_force, 0.02 * screen.largest_force),
                 };
-                let coulomb = coulomb.clamp(0.0, screen.largest_force);
-                let stiction = coulomb + excess.clamp(0.01 * coulomb, screen.largest_force);
-                vec![coulomb, stiction, slow]
+                let coulomb = coulomb.clamp(1e-4 * screen.largest_force, screen.largest_force);
+                vec![1.0 + (excess / coulomb).clamp(LEAST_EXCESS, MOST_EXCESS), slow]
             })
             .collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let (force, speed) = (screen.largest_force, screen.largest_speed());
-        vec![(0.0, force), (0.0, force), (1e-3 * speed, speed)]
+        let speed = screen.largest_speed();
+        vec![(1.0, HIGHEST_PEAK), (1e-3 * speed, speed)]
     }
 }
+
+/// Stiction beyond Coulomb friction to start a fit from, as shares of it.
+const LEAST_EXCESS: f64 = 0.05;
+const MOST_EXCESS: f64 = 3.0;
+/// Stiction above so many times Coulomb friction is a Coulomb friction near zero.
+const HIGHEST_PEAK: f64 = 20.0;

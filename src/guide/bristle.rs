@@ -2,64 +2,104 @@
 
 use super::step::{Coast, StepForce};
 
-/// Dahl's bristles.
+/// The bristles of dry friction.
 ///
 /// # Model
-/// The friction force f on the moving part follows its displacement:
+/// LuGre, by its force f = −σ₀·z and over the way instead of time, with the level g(s, |v|) at which the guide slides in the
+/// direction s at this speed:
 /// ```text
-///   df/dx = −σ·(1 + sgn(v)·f/F_c)
+///   df/dx = −σ₀·(1 + sgn(v)·f/g)        F = f + (σ₁(v)/σ₀)·df/dt
+///   σ₁(v) = σ₁·exp(−(v·σ₁/g)²)
 /// ```
-/// so that f runs from any value towards −F_c·sgn(v) within a displacement of about F_c/σ. Over a displacement Δ,
-/// exactly: `f₁ = −s·F_c + (f₀ + s·F_c)·exp(−σ|Δ|/F_c)` with s = sgn Δ.
+/// so that f runs from any value towards −g·sgn(v) within a displacement of about g/σ₀. Over a displacement Δ at a steady
+/// level, exactly: `f₁ = −s·g + (f₀ + s·g)·exp(−σ₀|Δ|/g)` with s = sgn Δ; g is taken at the step's mean speed. The damping
+/// fades where it would come near the level: a constant σ₁ would brake many times harder than the level just after a reversal.
 ///
 /// # Validity
-/// No stiction peak, no dependence on speed; hysteresis loops close. σ → ∞ is Coulomb friction.
+/// The bristles have no rate of their own but σ₁; hysteresis loops close. σ₀ → ∞ is the set-valued law.
 ///
 /// # Source
-/// Dahl (1968), *A solid friction model*, exponent 1; Åström, Canudas de Wit (2008), *Revisiting the LuGre model*.
+/// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*; damping that fades
+/// with speed: Olsson (1996), *Control systems with friction*; with g constant and σ₁ = 0: Dahl (1968), *A solid friction
+/// model*, exponent 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bristle {
-    /// F_c in N or N·m; more than zero.
-    pub force: f64,
-    /// σ in N/m or N·m/rad; more than zero.
+    /// σ₀ in N/m or N·m/rad; more than zero.
     pub stiffness: f64,
+    /// σ₁ in N·s/m or N·m·s/rad; not negative.
+    pub damping: f64,
 }
 
-const MOST_ITERATIONS: usize = 40;
+const MOST_ITERATIONS: usize = 60;
+/// The level is at least this share of its greatest value.
+const LEAST_LEVEL: f64 = 1e-9;
 /// Share of the bracket at which the displacement is known: near rounding.
 const PRECISION: f64 = 1e-14;
 
+/// What the bristles stand against over one step.
+#[derive(Debug, Clone, Copy)]
+pub struct Sliding<L> {
+    /// Level in N or N·m by direction (±1) and speed; not negative, greatest at rest, and not zero in both directions.
+    pub level: L,
+    /// Drag in N·s/m or N·m·s/rad that the positive direction has more, and the negative one less, than the linear dynamics.
+    pub drag: f64,
+}
+
+/// The bristles' answer to one displacement.
+struct Answer {
+    /// All of the guide's force.
+    force: StepForce,
+    /// Its derivatives by the displacement, the level held.
+    slopes: [f64; 2],
+    /// The bristles' own force at the end.
+    end: f64,
+}
+
 impl Bristle {
-    /// Friction force over one step and the bristles' force at its end, from the force `begun` at its beginning.
+    /// The guide's force over one step of `step_s` and the bristles' force at its end, from the force `begun` at its beginning.
     ///
-    /// The displacement solves `Δ = Δ_free + κ·f̄(Δ) + ρ·f̂(Δ)` with mean f̄ and rise f̂ of the force, both of which fall with
-    /// Δ; κ > 0 outweighs ρ < 0, so there is one solution, which safeguarded Newton steps find however stiff the bristles are.
+    /// The displacement solves `Δ = Δ_free + κ·F̄(Δ) + ρ·F̂(Δ)` with mean F̄ and rise F̂ of the force, both of which fall with
+    /// Δ; κ > 0 outweighs ρ < 0, so there is one solution as long as the level changes little over one step, which safeguarded
+    /// Newton steps find however stiff the bristles are.
     ///
     /// ```
-    /// use slideway::guide::{Bristle, Coast};
-    /// let bristle = Bristle { force: 10.0, stiffness: 1e6 };
+    /// use slideway::guide::{Bristle, Coast, Sliding};
+    /// let bristle = Bristle { stiffness: 1e6, damping: 0.0 };
     /// // Sliding far: Coulomb friction.
-    /// let (force, end) = bristle.step(-10.0, Coast::of_mass(100.0, 0.1, 1e-3));
+    /// let coulomb = Sliding { level: |_, _| 10.0, drag: 0.0 };
+    /// let (force, end) = bristle.step(-10.0, Coast::of_mass(100.0, 0.1, 1e-3), 1e-3, coulomb);
     /// assert!((force.mean + 10.0).abs() < 1e-9 && (end + 10.0).abs() < 1e-9);
     /// ```
-    pub fn step(&self, begun: f64, coast: Coast) -> (StepForce, f64) {
+    pub fn step(
+        &self,
+        begun: f64,
+        coast: Coast,
+        step_s: f64,
+        sliding: Sliding<impl Fn(f64, f64) -> f64>,
+    ) -> (StepForce, f64) {
         // The root lies between the displacements under the extreme forces.
-        let extreme = 2.0 * self.force;
-        let reach = coast.response.compliance * self.force - coast.response.rise_travel * extreme;
+        let most = (sliding.level)(1.0, 0.0).max((sliding.level)(-1.0, 0.0)).max(begun.abs());
+        // One direction alone may slide freely; its bristles then have to be soft, not absent.
+        let level = |direction, speed| (sliding.level)(direction, speed).max(LEAST_LEVEL * most);
+        let sliding = Sliding { level, drag: sliding.drag };
+        let response = coast.response;
+        let damped = 2.0 * most * self.damping / (self.stiffness * step_s);
+        let dragged = sliding.drag.abs() * 2.0 * coast.free_travel.abs() / step_s;
+        let reach = response.compliance * (most + damped + dragged) - response.rise_travel * 2.0 * most;
         let (mut low, mut high) = (coast.free_travel - reach, coast.free_travel + reach);
         // Not `clamp`: a replay that has diverged to infinity must come out as such, not stop the program.
         let mut travel = coast.travel_under(StepForce::held(begun)).max(low).min(high);
         let precision = PRECISION * (high - low);
         for _ in 0..MOST_ITERATIONS {
-            let (force, [mean_slope, rise_slope]) = self.over(begun, travel);
+            let Answer { force, slopes: [mean_slope, rise_slope], .. } =
+                self.over(begun, travel, step_s, &sliding);
             let excess = travel - coast.travel_under(force);
             if excess > 0.0 {
                 high = travel;
             } else {
                 low = travel;
             }
-            let slope =
-                1.0 - coast.response.compliance * mean_slope - coast.response.rise_travel * rise_slope;
+            let slope = 1.0 - response.compliance * mean_slope - response.rise_travel * rise_slope;
             let newton = travel - excess / slope;
             // Seen before the bracket is: the last steps of all end on its edge.
             if (newton - travel).abs() <= precision {
@@ -68,30 +108,43 @@ impl Bristle {
             }
             travel = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
         }
-        (self.over(begun, travel).0, self.after(begun, travel))
+        let answer = self.over(begun, travel, step_s, &sliding);
+        (answer.force, answer.end)
     }
 
-    /// The force after a displacement.
-    pub fn after(&self, begun: f64, travel: f64) -> f64 {
-        let settled = -self.force * travel.signum();
-        if travel == 0.0 {
-            return begun;
-        }
-        settled + (begun - settled) * (-self.stiffness * travel.abs() / self.force).exp()
-    }
-
-    /// Force over a displacement gone through at an even pace, and the derivatives of its mean and rise by the displacement.
+    /// Force over a displacement gone through at an even pace.
     ///
     /// Of the exponential run of the force, `rise = 12·∫₀¹ (s − ½)·f ds`: the line with the same mean and first moment.
-    fn over(&self, begun: f64, travel: f64) -> (StepForce, [f64; 2]) {
+    fn over(
+        &self,
+        begun: f64,
+        travel: f64,
+        step_s: f64,
+        sliding: &Sliding<impl Fn(f64, f64) -> f64>,
+    ) -> Answer {
         let direction = if travel < 0.0 { -1.0 } else { 1.0 };
-        let offset = begun + direction * self.force;
-        let rate = self.stiffness / self.force;
+        let speed = travel.abs() / step_s;
+        let level = (sliding.level)(direction, speed);
+        let offset = begun + direction * level;
+        let rate = self.stiffness / level;
         let a = rate * travel.abs();
         let ([share, moment], [share_slope, moment_slope]) = shape(a);
-        let force =
-            StepForce { mean: -direction * self.force + offset * share, rise: 12.0 * offset * moment };
-        (force, [share_slope, 12.0 * moment_slope].map(|slope| offset * slope * rate * direction))
+        let fallen = (-a).exp();
+        let end = if travel == 0.0 { begun } else { offset * fallen - direction * level };
+        let fading = (speed * self.damping / level).powi(2);
+        let damping = self.damping * (-fading).exp() / (self.stiffness * step_s);
+        let slope = rate * direction;
+        Answer {
+            force: StepForce {
+                mean: -direction * level + offset * share + damping * (end - begun) - sliding.drag * speed,
+                rise: 12.0 * offset * moment,
+            },
+            slopes: [
+                offset * (share_slope - damping * fallen) * slope - sliding.drag * direction / step_s,
+                12.0 * offset * moment_slope * slope,
+            ],
+            end,
+        }
     }
 }
 
@@ -119,14 +172,19 @@ fn shape(a: f64) -> ([f64; 2], [f64; 2]) {
 mod tests {
     use super::*;
 
+    const DAHL: Bristle = Bristle { stiffness: 2e6, damping: 0.0 };
+
+    fn coulomb(level: f64) -> Sliding<impl Fn(f64, f64) -> f64> {
+        Sliding { level: move |_, _| level, drag: 0.0 }
+    }
+
     /// Small steps of the closed form against one step, the displacement given (no mobility).
     #[test]
     fn exact_deflection_follows_the_closed_form() {
-        let bristle = Bristle { force: 8.0, stiffness: 2e6 };
         let (step, velocity) = (1e-3, 2e-3);
         // Heavy enough for the displacement to be given.
         let coast = Coast::of_mass(1e30, velocity, step);
-        let (_, end) = bristle.step(3.0, coast);
+        let (_, end) = DAHL.step(3.0, coast, step, coulomb(8.0));
         let expected = -8.0 + 11.0 * (-2e6 * velocity * step / 8.0_f64).exp();
         assert!((end - expected).abs() < 1e-9, "{end} against {expected}");
     }
@@ -150,22 +208,21 @@ mod tests {
     /// A fit may try values with which the replay diverges: the program goes on.
     #[test]
     fn exact_a_diverged_axis_is_no_panic() {
-        let bristle = Bristle { force: 8.0, stiffness: 2e6 };
         for velocity in [f64::INFINITY, f64::NAN] {
-            let _ = bristle.step(3.0, Coast::of_mass(100.0, velocity, 1e-3));
+            let _ = DAHL.step(3.0, Coast::of_mass(100.0, velocity, 1e-3), 1e-3, coulomb(8.0));
         }
     }
 
     /// A push below the friction force deflects the bristles by an amount that holds it: the axis stops.
     #[test]
     fn exact_a_small_push_is_held() {
-        let bristle = Bristle { force: 10.0, stiffness: 1e6 };
+        let bristle = Bristle { stiffness: 1e6, damping: 0.0 };
         let (mass, step, drag) = (50.0, 250e-6, 4e3);
         let (mut velocity, mut force, mut position) = (0.0_f64, 0.0, 0.0);
         for _ in 0..40_000 {
             let push = StepForce::held(6.0 - drag * velocity);
             let coast = Coast::of_mass(mass, velocity, step).under(push);
-            let (answer, end) = bristle.step(force, coast);
+            let (answer, end) = bristle.step(force, coast, step, coulomb(10.0));
             position += coast.travel_under(answer);
             (velocity, force) = (coast.velocity_under(answer), end);
         }
@@ -174,5 +231,47 @@ mod tests {
         assert!(velocity.abs() < 1e-9 && (force + 6.0).abs() < 1e-4, "{velocity} {force}");
         // Ringing on its way takes the loop a little beyond: it creeps no further than the first peak.
         assert!(position > 0.9 * expected && position < 2.5 * expected, "{position} against {expected}");
+    }
+
+    /// A body on bristles that never slide is a damped oscillator: ζ = σ₁/(2·√(σ₀·m)).
+    #[test]
+    fn exact_small_motion_rings_with_the_damping_of_the_bristles() {
+        let (mass, stiffness, ratio) = (50.0, 2e6_f64, 0.05);
+        let bristle = Bristle { stiffness, damping: 2.0 * ratio * (stiffness * mass).sqrt() };
+        let omega = (stiffness / mass).sqrt();
+        let damped = omega * (1.0 - ratio * ratio).sqrt();
+        let error = |steps: u32| {
+            let end = 1.75 * std::f64::consts::TAU / damped;
+            let step = end / f64::from(steps);
+            // 1e-6 of the level: linear to that.
+            let (mut velocity, mut force, mut position) = (1e-6_f64, 0.0, 0.0);
+            for _ in 0..steps {
+                let coast = Coast::of_mass(mass, velocity, step);
+                let (answer, after) = bristle.step(force, coast, step, coulomb(1e3));
+                position += coast.travel_under(answer);
+                (velocity, force) = (coast.velocity_under(answer), after);
+            }
+            let exact = 1e-6 / damped * (-ratio * omega * end).exp() * (damped * end).sin();
+            (position - exact).abs() / exact.abs()
+        };
+        let [coarse, fine] = [error(400), error(800)];
+        assert!(fine < 1e-3 && coarse / fine > 3.0, "{coarse} {fine}");
+    }
+
+    /// At a steady speed the force is the level at that speed and direction, with the direction's drag.
+    #[test]
+    fn exact_steady_sliding_is_the_level() {
+        let bristle = Bristle { stiffness: 1e6, damping: 500.0 };
+        let level = |direction: f64, speed: f64| 10.0 + 2.0 * direction + 6.0 * (-(speed / 0.004).powi(2)).exp();
+        for velocity in [0.002, -0.002, 0.1, -0.1_f64] {
+            let coast = Coast::of_mass(1e30, velocity, 1e-3);
+            let (mut force, mut all) = (0.0, StepForce::ZERO);
+            for _ in 0..1000 {
+                (all, force) = bristle.step(force, coast, 1e-3, Sliding { level, drag: 30.0 });
+            }
+            let direction = velocity.signum();
+            let expected = -direction * level(direction, velocity.abs()) - 30.0 * velocity.abs();
+            assert!((all.mean - expected).abs() < 1e-9, "{velocity}: {} against {expected}", all.mean);
+        }
     }
 }

@@ -1,10 +1,12 @@
 //! The guide: what the moving part slides or turns on, and how it sticks and slips.
 
 mod bristle;
+mod friction;
 mod step;
 pub mod stick_slip;
 
-pub use bristle::Bristle;
+pub use bristle::{Bristle, Sliding};
+pub use friction::{DryFriction, Stribeck};
 pub use step::{Coast, GAUSS, Response, StepForce};
 
 use serde::{Deserialize, Serialize};

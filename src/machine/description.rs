@@ -7,7 +7,7 @@ use crate::controller::{AntiWindup, Cascade, Controller};
 use crate::drive::amplifier::Amplifier;
 use crate::drive::motor::Motor;
 use crate::drive::transmission::Transmission;
-use crate::effect::Effects;
+use crate::effect::{EffectId, Effects};
 use crate::error::{Error, ErrorKind, Result};
 use crate::guide::Guide;
 use crate::sensor::{CurrentSensor, Encoder, LoadSensor};
@@ -123,10 +123,29 @@ impl Description {
         self.tolerance.check()?;
         self.crosscheck.as_ref().map_or(Ok(()), CrosscheckPlan::check)?;
         self.tune.as_ref().map_or(Ok(()), TunePlan::check)?;
-        match self.effect.fault() {
-            Some((key, fault)) => Err(Error::new(ErrorKind::OutOfRange).key(key).found(fault)),
-            None => Ok(()),
+        if let Some((key, fault)) = self.effect.fault() {
+            return Err(Error::new(ErrorKind::OutOfRange).key(key).found(fault));
         }
+        match EffectId::ALL.iter().find(|effect| self.effect.contains(**effect) && !self.has_modified(**effect)) {
+            None => Ok(()),
+            Some(orphan) => {
+                let modified: Vec<&str> = orphan.modifies().iter().map(|effect| effect.name()).collect();
+                Err(Error::new(ErrorKind::Inconsistent)
+                    .key(format!("effect.{}", orphan.name()))
+                    .found("a feature of friction without the friction that it modifies")
+                    .expected(format!("effect.{} stated too", modified.join(" or effect.")))
+                    .remedy("state it, or take the feature out"))
+            }
+        }
+    }
+
+    /// Whether the file states one of the effects that a feature modifies, or the effect is none.
+    pub fn has_modified(&self, effect: EffectId) -> bool {
+        let is_stated = |of: &EffectId| {
+            self.effect.contains(*of)
+                || (*of == EffectId::ViscousFriction && self.guide.viscous_n_s_per_m > 0.0)
+        };
+        effect.modifies().is_empty() || effect.modifies().iter().any(is_stated)
     }
 
     fn check_controller(&self) -> Result<()> {

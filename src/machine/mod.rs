@@ -22,6 +22,7 @@ use crate::drive::motor::{Circuit, Motor};
 use crate::drive::transmission::Transmission;
 use crate::effect::{Constants, Effect, EffectId};
 use crate::error::{Error, ErrorKind, Result, toml_text};
+use crate::guide::DryFriction;
 use crate::sensor::End;
 use crate::solid::{Solid, Weight};
 use crate::units::Motion;
@@ -83,7 +84,7 @@ impl Machine {
         self.with_table(table)
     }
 
-    /// The machine without an effect that its file may state.
+    /// The machine without an effect that its file may state, and without the features that then modify nothing.
     ///
     /// # Errors
     /// None in practice: taking an effect away leaves a valid description.
@@ -91,6 +92,15 @@ impl Machine {
         let mut table = (*self.table).clone();
         if let Some(toml::Value::Table(effects)) = table.get_mut("effect") {
             effects.remove(id.name());
+            let has_drag = self.description.guide.viscous_n_s_per_m > 0.0;
+            let left = |of: &EffectId, effects: &toml::Table| {
+                effects.contains_key(of.name()) || (*of == EffectId::ViscousFriction && has_drag)
+            };
+            for feature in EffectId::ALL.iter().filter(|effect| !effect.modifies().is_empty()) {
+                if !feature.modifies().iter().any(|of| left(of, effects)) {
+                    effects.remove(feature.name());
+                }
+            }
         }
         self.with_table(table)
     }
@@ -213,7 +223,7 @@ impl Machine {
             rotor_inertia,
             has_transmission: d.transmission.is_some(),
             viscous: d.guide.viscous_n_s_per_m,
-            coulomb: 0.0,
+            friction: DryFriction::default(),
             has_slider_loads: d.guide.sliders.len() == SLIDERS && self.motion() == Motion::Prismatic,
             modes: d.base.as_ref().map_or_else(Modes::default, |b| Modes::new(b.mode.clone())),
             sees_load: d.load_sensor.is_some() || d.encoder.end == End::Load,

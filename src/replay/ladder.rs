@@ -3,6 +3,7 @@
 use super::compared::{as_set, check};
 use super::feedforward::Direction;
 use super::{Feedforward, Recorded};
+use crate::effect::Constants;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::Load;
@@ -237,20 +238,16 @@ fn own(machine: &Machine, subjects: &[Subject]) -> Feedforward {
 
 /// Coulomb and viscous part of the machine's steady friction over speeds, by least squares.
 fn friction(machine: &Machine, speeds: impl Iterator<Item = f64>) -> [f64; 2] {
-    let (effects, viscous) = (machine.effects(), machine.constants().viscous);
+    let Constants { friction, viscous, .. } = machine.constants();
     let loads = match Load::of(machine) {
         Some(sliders @ Load::Sliders(_)) => sliders.usual(),
         // It follows the effort, which no speed tells.
         Some(Load::Transmitted(_)) | None => 0.0,
     };
-    let loaded: f64 = effects.iter().map(|effect| loads * effect.load_coefficient()).sum();
-    let bristles: f64 = effects.iter().filter_map(|effect| Some(effect.bristle()?.force)).sum();
     // The drag of the linear dynamics is set apart: what is left of a plain friction is then exactly its level.
     let rest = |speed: f64| {
-        let both = |effect: &crate::effect::Effect| {
-            0.5 * (effect.resistance(1.0, speed) + effect.resistance(-1.0, speed))
-        };
-        loaded + bristles + effects.iter().map(both).sum::<f64>()
+        let both = friction.resistance(1.0, speed, viscous) + friction.resistance(-1.0, speed, viscous);
+        loads * friction.load_coefficient + 0.5 * both
     };
     let points: Vec<[f64; 2]> = speeds.map(|speed| [speed, rest(speed)]).collect();
     let mean = |k: usize| points.iter().map(|point| point[k]).sum::<f64>() / points.len().max(1) as f64;

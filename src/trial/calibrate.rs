@@ -31,7 +31,7 @@ pub struct Sized {
     pub effect: EffectId,
     /// Its parameters in the law's order.
     pub values: Vec<f64>,
-    /// The gap that it alone makes, beyond what a simpler law would: G, 1 without it.
+    /// The gap that it alone makes beside what it modifies: G, 1 without it.
     pub gap: f64,
 }
 
@@ -95,7 +95,8 @@ impl<'a> Gauge<'a> {
 
     /// The gap of a family at a size.
     fn gap_at(&self, family: &Family, size: f64) -> f64 {
-        self.gap(&[(family.effect, family.values(size))], &family.reduced)
+        let with = |more: &[(EffectId, Vec<f64>)]| [&family.base[..], more].concat();
+        self.gap(&with(&[(family.effect, family.values(size))]), &with(&family.reduced))
     }
 
     /// The family at the size whose gap lies at `share` (0 to 1) of the way from `least` to `largest`, on a logarithmic

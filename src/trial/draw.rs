@@ -85,14 +85,20 @@ fn attempt(
     let scale = Scale::of(&real, &runs, &otherwise)?;
     let gauge = Gauge::new(&real, &otherwise, &runs, logged)?;
     let absorbed = Absorbed::of(&machine.description().tolerance, logged);
-    let mut sized: Vec<Sized> = Vec::new();
+    let (mut bases, mut sized): (Vec<Sized>, Vec<Sized>) = (Vec::new(), Vec::new());
     for &effect in &planned.effects {
         let window = match sized.first() {
             None if planned.effects.len() == 1 => GAPS,
             None => (LEAST_OF_PAIR, GAPS.1),
             Some(first) => (LEAST_OF_PAIR.max(first.gap / MOST_RATIO), GAPS.1.min(first.gap * MOST_RATIO)),
         };
-        let family = Family::draw(effect, &scale, &absorbed, random);
+        let family = Family::draw(effect, &scale, &absorbed, random).beside(&hidden_so_far(&bases, &sized));
+        for (effect, values) in family.base.clone() {
+            if !planned.effects.contains(&effect) && !bases.iter().any(|base| base.effect == effect) {
+                let gap = gauge.gap(&[(effect, values.clone())], &[]);
+                bases.push(Sized { effect, values, gap });
+            }
+        }
         match gauge.sized(&family, window, random.random_range(0.0..1.0)) {
             Ok(one) => sized.push(one),
             Err(most) => {
@@ -106,7 +112,7 @@ fn attempt(
     }
     let gaps = || sized.iter().map(|one| one.gap);
     let lopsided = gaps().fold(0.0, f64::max) > 1.5 * MOST_RATIO * gaps().fold(f64::INFINITY, f64::min);
-    let together: Vec<_> = sized.iter().map(|one| (one.effect, one.values.clone())).collect();
+    let together = hidden_so_far(&bases, &sized);
     let gap = gauge.gap(&together, &[]);
     if let (Some(last), true) = (planned.effects.last(), !gap.is_finite() || (lopsided && !is_last)) {
         let why =
@@ -120,7 +126,7 @@ fn attempt(
     Ok(Outcome::Drawn(Box::new(TrueCase {
         case: 0,
         tier: planned.tier,
-        effects: sized.iter().map(|one| hidden(one, &real, logged)).collect(),
+        effects: bases.iter().chain(&sized).map(|one| hidden(one, &real, logged)).collect(),
         nominal,
         otherwise,
         runs,
@@ -128,6 +134,11 @@ fn attempt(
         missing: planned.missing.iter().map(|s| s.key(machine.motion()).to_owned()).collect(),
         gap,
     })))
+}
+
+/// The friction that features modify, and the effects planned, as far as they have a size.
+fn hidden_so_far(bases: &[Sized], sized: &[Sized]) -> Vec<(EffectId, Vec<f64>)> {
+    bases.iter().chain(sized).map(|one| (one.effect, one.values.clone())).collect()
 }
 
 fn hidden(sized: &Sized, real: &Machine, logged: &[Signal]) -> HiddenEffect {

@@ -30,8 +30,7 @@ pub fn equals(effect: EffectId, machine: &Machine, logged: &[Signal]) -> Vec<Eff
     pairs.into_iter().filter_map(partner).filter(|other| other.applies(&constants)).collect()
 }
 
-/// What must be struck from the catalogue for an effect to lie outside it: itself, its equals, its stand-ins, and the laws
-/// that hold it as a special case.
+/// What must be struck from the catalogue for an effect to lie outside it: itself, its equals and its stand-ins.
 ///
 /// # Model
 /// f·Kt·i = m·a + c·v is Kt·i = (m/f)·a + (c/f)·v: where no force is logged, a payload stands in for a force constant, and with
@@ -45,10 +44,7 @@ pub fn struck(effect: EffectId, machine: &Machine, logged: &[Signal]) -> Vec<Eff
     let stand_ins = alike.iter().copied().filter(|_| alike.contains(&effect));
     let equals = equals(effect, machine, logged);
     let own: BTreeSet<EffectId> = std::iter::once(effect).chain(equals).chain(stand_ins).collect();
-    let holds = |law: &EffectId| {
-        own.contains(law) || law.stands_for().iter().chain(law.supersedes()).any(|e| own.contains(e))
-    };
-    EffectId::ALL.iter().copied().filter(holds).collect()
+    own.into_iter().collect()
 }
 
 /// The sites at which an effect or one of its equals lies.

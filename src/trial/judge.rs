@@ -4,6 +4,7 @@ use super::seal::Committed;
 use super::tier::Tier;
 use super::truth::{HiddenEffect, TrueCase};
 use super::verdict::{Came, Cause, Said};
+use crate::effect::EffectId;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -85,10 +86,12 @@ impl Judged {
         };
         let stands = |cause: &Cause| {
             truth.effects.iter().any(|h| Rank::of(cause).is_for(h, said) || h.is_called(&cause.effect))
+                || is_bristle(truth, &cause.effect)
         };
         let extra = said.causes.iter().filter(|cause| !stands(cause)).count();
         let names: Vec<&str> = said.causes.iter().map(|cause| cause.effect.as_str()).collect();
-        let exact = names.len() == count && hidden.iter().all(|h| names.contains(&h.effect.name()));
+        let own = names.iter().filter(|name| !is_bristle(truth, name)).count();
+        let exact = own == count && hidden.iter().all(|h| names.contains(&h.effect.name()));
         let errors =
             hidden.iter().filter_map(|h| errors(h, said)).reduce(|a, b| (a.0.max(b.0), a.1 + b.1, a.2 + b.2));
         Self {
@@ -134,6 +137,13 @@ impl Judged {
         };
         f64::from(u8::from(!self.is_right())) * 2.0 + doubt + 0.1 * self.extra as f64
     }
+}
+
+/// Whether a name is that of the bristles that every forged machine with dry friction has, hidden by themselves or not.
+fn is_bristle(truth: &TrueCase, name: &str) -> bool {
+    let presliding = EffectId::Presliding;
+    let has_friction = truth.effects.iter().any(|h| presliding.modifies().contains(&h.effect));
+    name == presliding.name() && has_friction && truth.effects.iter().all(|h| h.effect != presliding)
 }
 
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {

@@ -3,7 +3,7 @@
 use super::bristle::ForgedBristle;
 use crate::effect::{Effect, EffectId};
 use crate::error::Result;
-use crate::guide::{Coast, StepForce};
+use crate::guide::{Bristle, Coast, DryFriction, StepForce};
 use crate::machine::Machine;
 use crate::plant::{Drive, Load, Plant};
 use crate::units::Motion;
@@ -23,7 +23,7 @@ pub struct Otherwise {
     pub phases: [f64; 2],
 }
 
-/// The friction effects that a forged machine carries as bristles instead of the twin's laws.
+/// The effects of dry friction, which a forged machine carries as bristles of its own.
 const FRICTION: [EffectId; 5] = [
     EffectId::CoulombFriction,
     EffectId::AsymmetricFriction,
@@ -35,14 +35,15 @@ const FRICTION: [EffectId; 5] = [
 /// Forces of a forged machine that its twin does not apply itself.
 ///
 /// # Model
-/// - Dry friction, of whichever law, is [`ForgedBristle`]: its sliding level is the law's resistance at this speed and
-///   direction, the slider loads' part included.
+/// - Dry friction is [`ForgedBristle`]: its sliding level is that of the machine's dry friction at this speed and direction, the
+///   load's part included. Its damping is drawn where the machine states none.
 /// - Cogging and force ripple have a third and a fourth harmonic, shares of the first.
 #[derive(Debug, Clone)]
 pub struct ForgedLaws {
-    frictions: Vec<Effect>,
+    dry: DryFriction,
+    /// Drag that the positive direction has more than the mean of both, in N·s/m or N·m·s/rad.
+    drag: f64,
     bristle: Option<ForgedBristle>,
-    presliding_force: f64,
     loaded: Option<(f64, Load)>,
     cogging: Option<Harmonics>,
     ripple: Option<Harmonics>,
@@ -74,28 +75,22 @@ impl ForgedLaws {
     /// # Errors
     /// None in practice: taking an effect away leaves a valid machine.
     pub fn split(machine: &Machine, otherwise: &Otherwise) -> Result<(Machine, Self)> {
-        let effects = machine.effects();
-        let frictions: Vec<Effect> =
-            effects.iter().filter(|effect| FRICTION.contains(&effect.id())).cloned().collect();
+        let (effects, constants) = (machine.effects(), machine.constants());
+        let dry = constants.friction;
         let mut walked = machine.clone();
-        for friction in &frictions {
-            walked = walked.without_effect(friction.id())?;
+        for friction in FRICTION {
+            walked = walked.without_effect(friction)?;
         }
-        if frictions.iter().any(|f| f.id() == EffectId::AsymmetricFriction) {
-            // Its mean drag stays with the plant, as the guide's own.
-            walked = walked.with_settings([viscous(&walked, machine.constants().viscous)])?;
-        }
-        let presliding = frictions.iter().find_map(Effect::bristle);
-        let coefficient: f64 = frictions.iter().map(Effect::load_coefficient).sum();
+        let coefficient = dry.load_coefficient;
         let loaded = Load::of(machine).filter(|_| coefficient > 0.0).map(|load| (coefficient, load));
         let rest = loaded.as_ref().map_or(0.0, |(coefficient, load)| coefficient * load.usual());
-        let standing: f64 = frictions.iter().map(|f| f.resistance(1.0, 0.0)).sum::<f64>() + rest;
-        let mass = machine.constants().moving_mass;
-        let stiffness = match presliding {
-            Some(presliding) => presliding.stiffness,
-            None => standing / otherwise.bristle_deflection,
+        let standing = dry.level(1.0, 0.0).max(dry.level(-1.0, 0.0)) + rest;
+        let drawn = |stiffness: f64| 2.0 * otherwise.bristle_damping * (stiffness * constants.moving_mass).sqrt();
+        let (stiffness, damping) = match dry.bristle {
+            Some(Bristle { stiffness, damping }) if damping > 0.0 => (stiffness, damping),
+            Some(Bristle { stiffness, .. }) => (stiffness, drawn(stiffness)),
+            None => (standing / otherwise.bristle_deflection, drawn(standing / otherwise.bristle_deflection)),
         };
-        let damping = 2.0 * otherwise.bristle_damping * (stiffness * mass).sqrt();
         let (mut cogging, mut ripple) = (None, None);
         for effect in &effects {
             match effect {
@@ -110,9 +105,9 @@ impl ForgedLaws {
             }
         }
         let laws = Self {
-            bristle: (stiffness > 0.0).then_some(ForgedBristle { stiffness, damping }),
-            presliding_force: presliding.map_or(0.0, |bristle| bristle.force),
-            frictions,
+            bristle: (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle { stiffness, damping }),
+            drag: dry.viscous_asymmetry * constants.viscous,
+            dry,
             loaded,
             cogging,
             ripple,
@@ -127,12 +122,6 @@ pub(super) fn viscous(machine: &Machine, value: f64) -> (&'static str, toml::Val
     let own = if machine.motion() == Motion::Prismatic { keys[0] } else { keys[1] };
     let key = keys.into_iter().find(|key| machine.number(key).is_some()).unwrap_or(own);
     (key, toml::Value::Float(value))
-}
-
-/// The dry part of a law's resistance; what asymmetric friction adds with speed is drag.
-fn dry(friction: &Effect, direction: f64, speed: f64) -> f64 {
-    let speed = if friction.id() == EffectId::AsymmetricFriction { 0.0 } else { speed };
-    friction.resistance(direction, speed)
 }
 
 /// A plant with the laws of a forged machine around it.
@@ -153,9 +142,7 @@ impl<P: Plant> Forged<P> {
 
     /// Drag by which a direction differs from the mean of both.
     fn drag(&self, velocity: f64) -> f64 {
-        let direction = velocity.signum();
-        let more = |f: &Effect| f.resistance(direction, velocity.abs()) - dry(f, direction, velocity.abs());
-        -direction * self.laws.frictions.iter().map(more).sum::<f64>()
+        -self.laws.drag * velocity.abs()
     }
 
     /// Friction over the step that ends so without it.
@@ -165,11 +152,10 @@ impl<P: Plant> Forged<P> {
         let loads = self.laws.loaded.as_ref().map_or(0.0, |(coefficient, load)| {
             coefficient * load.magnitude(self.inner.slider_loads(), self.forces, position)
         });
-        let (frictions, presliding) = (&self.laws.frictions, self.laws.presliding_force);
+        let dry = self.laws.dry;
         let level = |velocity: f64| {
             let direction = if velocity < 0.0 { -1.0 } else { 1.0 };
-            let dry: f64 = frictions.iter().map(|f| dry(f, direction, velocity.abs())).sum();
-            dry + loads + presliding
+            dry.level(direction, velocity.abs()) + loads
         };
         let (force, deflection) = bristle.step(self.deflection, coast, self.inner.step_s(), level);
         self.deflection = deflection;

@@ -85,10 +85,11 @@ fn sets(
     sets
 }
 
-/// Every two effects that can act beside each other, neither of which is the other or a part of it.
+/// Every two effects of which neither is the other, or modifies it.
 fn pairs(effects: &[EffectId], equal: &dyn Fn(EffectId, EffectId) -> bool) -> Vec<Vec<EffectId>> {
-    let part = |a: EffectId, b: EffectId| a.stands_for().contains(&b) || b.stands_for().contains(&a);
-    let beside = |a: EffectId, b: EffectId| a < b && !a.excludes(b) && !part(a, b) && !equal(a, b);
+    // A feature comes with the friction that it modifies anyway.
+    let part = |a: EffectId, b: EffectId| a.modifies().contains(&b) || b.modifies().contains(&a);
+    let beside = |a: EffectId, b: EffectId| a < b && !part(a, b) && !equal(a, b);
     effects
         .iter()
         .flat_map(|&a| effects.iter().filter(move |&&b| beside(a, b)).map(move |&b| vec![a, b]))

@@ -15,14 +15,16 @@ use std::f64::consts::TAU;
 ///
 /// # Model
 /// `values(s)` are the effect's parameters at size s, which runs over `range`. Constants that may be calibrated inside
-/// their tolerance begin at half as much again as is [`Absorbed`]: nearer, a deviation is no cause. A law that holds a simpler one as a
-/// special case has that part fixed and is measured by the rest: its size is what it does beyond [`Family::reduced`].
+/// their tolerance begin at half as much again as is [`Absorbed`]: nearer, a deviation is no cause. A feature of friction comes with
+/// the friction that it modifies and is measured by itself: its size is what it does beyond [`Family::reduced`].
 pub struct Family {
     /// The effect.
     pub effect: EffectId,
     /// Least and largest size.
     pub range: (f64, f64),
-    /// What is there at size zero.
+    /// The effects that it modifies.
+    pub base: Vec<(EffectId, Vec<f64>)>,
+    /// What is there at size zero beside them.
     pub reduced: Vec<(EffectId, Vec<f64>)>,
     values: Box<dyn Fn(f64) -> Vec<f64> + Send + Sync>,
 }
@@ -45,17 +47,30 @@ impl Family {
             crate::effect::Site::Structure => structure(effect, scale, absorbed, drawn),
             crate::effect::Site::Sensor => sensor(effect, scale, absorbed, drawn),
         };
-        let coulomb = |force: f64| (EffectId::CoulombFriction, vec![force]);
+        let mut base = Vec::new();
+        if effect.modifies().contains(&EffectId::CoulombFriction) {
+            base.push((EffectId::CoulombFriction, vec![drawn.coulomb]));
+        }
+        if effect.modifies().contains(&EffectId::ViscousFriction) && scale.constants.viscous == 0.0 {
+            base.push((EffectId::ViscousFriction, vec![drawn.viscous]));
+        }
         let reduced = match effect {
-            EffectId::StribeckFriction | EffectId::Presliding => vec![coulomb(drawn.coulomb)],
-            EffectId::AsymmetricFriction => vec![
-                coulomb(drawn.coulomb),
-                (EffectId::ViscousFriction, vec![drawn.viscous]),
-                (EffectId::ConstantForce, vec![drawn.lean * drawn.coulomb]),
-            ],
+            // In proportion to Coulomb friction it is a constant force.
+            EffectId::AsymmetricFriction => vec![(effect, vec![drawn.lean, 0.0])],
             _ => Vec::new(),
         };
-        Self { effect, range, reduced, values }
+        Self { effect, range, base, reduced, values }
+    }
+
+    /// The family on the friction that is there already, where that is what it modifies.
+    #[must_use]
+    pub fn beside(mut self, others: &[(EffectId, Vec<f64>)]) -> Self {
+        for (effect, values) in &mut self.base {
+            if let Some((_, there)) = others.iter().find(|(other, _)| other == effect) {
+                values.clone_from(there);
+            }
+        }
+        self
     }
 
     /// The parameters at a size, in the law's order.
@@ -215,23 +230,20 @@ fn guide(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> 
         }
         EffectId::LoadDependentFriction => ((1e-4, 0.4), one(move |s| s)),
         EffectId::AsymmetricFriction => {
-            let values = move |s: f64| {
-                vec![
-                    coulomb * (1.0 + lean),
-                    coulomb * (1.0 - lean),
-                    viscous * (1.0 + sign * s),
-                    viscous * (1.0 - sign * s),
-                ]
-            };
-            ((1e-4, 0.8), Box::new(values))
+            ((1e-4, 0.8), Box::new(move |s| vec![lean, sign * s]))
         }
         EffectId::StribeckFriction => {
             let slow = scale.speed * between(0.02, 0.1, drawn.share[0]);
-            ((1e-3, 2.0), Box::new(move |s| vec![coulomb, coulomb * (1.0 + s), slow]))
+            ((1e-3, 2.0), Box::new(move |s| vec![1.0 + s, slow]))
         }
         EffectId::Presliding => {
-            let travel = stroke.abs();
-            ((1e-7, 5e-3), Box::new(move |s| vec![coulomb, coulomb / (s * travel)]))
+            let (travel, mass) = (stroke.abs(), scale.constants.moving_mass);
+            let ratio = between(0.05, 0.5, drawn.share[0]);
+            let values = move |s: f64| {
+                let stiffness = coulomb / (s * travel);
+                vec![stiffness, 2.0 * ratio * (stiffness * mass).sqrt()]
+            };
+            ((1e-7, 5e-3), Box::new(values))
         }
         EffectId::CableSpring => {
             let centre = stroke * drawn.share[0];

@@ -4,7 +4,7 @@ use super::path::MOST_INVERSIONS;
 use crate::drive::motor::Circuit;
 use crate::effect::{Door, Effect};
 use crate::guide::stick_slip::friction;
-use crate::guide::{Bristle, Coast, GAUSS, StepForce};
+use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepForce};
 use crate::machine::Machine;
 use crate::plant::Load;
 use crate::sensor::End;
@@ -16,15 +16,16 @@ const FEW_DECAYS: f64 = 0.1;
 /// Laws that act along the path while the twin runs, by the door through which they do.
 #[derive(Debug, Clone)]
 pub(super) struct Laws {
-    /// Dry friction in the positive and the negative direction that does not depend on speed.
+    /// Dry friction of the guide.
+    dry: DryFriction,
+    /// Its level at rest in the positive and the negative direction, without the part of the load.
     constant: [f64; 2],
-    /// Resistances that depend on speed.
-    resistances: Vec<Effect>,
+    /// Drag in N·s/m or N·m·s/rad that the positive direction has more than the mean of both.
+    drag: f64,
     pushes: Vec<Effect>,
     ripples: Vec<Effect>,
     transmissions: Vec<Effect>,
     readings: Vec<Effect>,
-    bristle: Option<Bristle>,
     /// Weight along the joint, where there is any and the plant does not have it in itself.
     weight: Option<Weight>,
     /// R/L of the winding in 1/s; 0 where there is none.
@@ -38,22 +39,21 @@ impl Laws {
     pub fn of(machine: &Machine, carries_weight: bool) -> Self {
         let acting = machine.effects();
         let through = |door| acting.iter().filter(|e| e.acts_through(door)).cloned().collect::<Vec<_>>();
-        let (resistances, constant): (Vec<Effect>, Vec<Effect>) =
-            through(Door::Resistance).into_iter().partition(Effect::resistance_varies);
-        let coefficient: f64 = acting.iter().map(Effect::load_coefficient).sum();
+        let constants = machine.constants();
+        let dry = constants.friction;
+        let coefficient = dry.load_coefficient;
         Self {
-            constant: [1.0, -1.0]
-                .map(|direction| constant.iter().map(|effect| effect.resistance(direction, 0.0)).sum()),
-            resistances,
+            dry,
+            constant: [1.0, -1.0].map(|direction| dry.level(direction, 0.0)),
+            drag: dry.viscous_asymmetry * constants.viscous,
             pushes: through(Door::Push),
             ripples: through(Door::Ripple),
             transmissions: through(Door::Transmission),
             readings: through(Door::Reading),
-            winding_rate_per_s: match machine.constants().circuit {
+            winding_rate_per_s: match constants.circuit {
                 Circuit::Winding { resistance_ohm, inductance_h, .. } => resistance_ohm / inductance_h,
                 Circuit::Direct { .. } => 0.0,
             },
-            bristle: acting.iter().find_map(Effect::bristle),
             weight: machine.weight().filter(|_| !carries_weight),
             loaded: (coefficient > 0.0).then(|| Load::of(machine)).flatten().map(|load| (coefficient, load)),
         }
@@ -61,12 +61,17 @@ impl Laws {
 
     /// Dry friction in the positive and the negative direction, where nothing else acts on the guide.
     pub fn constant_friction(&self) -> Option<[f64; 2]> {
-        let others = [&self.resistances, &self.pushes, &self.ripples];
-        let alone = others.iter().all(|laws| laws.is_empty())
-            && self.bristle.is_none()
+        let alone = [&self.pushes, &self.ripples].iter().all(|laws| laws.is_empty())
+            && !self.varies()
+            && self.dry.bristle.is_none()
             && self.loaded.is_none()
             && self.weight.is_none();
         alone.then_some(self.constant)
+    }
+
+    /// Whether what opposes motion beside the mean drag depends on speed.
+    fn varies(&self) -> bool {
+        self.dry.varies() || self.drag != 0.0
     }
 
     /// Whether sensors show the motor's position as it is, and ripple is none of their business.
@@ -160,33 +165,32 @@ impl Laws {
     #[inline]
     pub fn friction(
         &self,
-        mut coast: Coast,
+        coast: Coast,
         step_s: f64,
         bristle_force: &mut f64,
         mut load: impl FnMut(&Load) -> f64,
     ) -> StepForce {
-        let mut bristles = StepForce::ZERO;
-        if let Some(bristle) = &self.bristle {
-            (bristles, *bristle_force) = bristle.step(*bristle_force, coast);
-            coast = coast.under(bristles);
-        }
         let loaded = match &self.loaded {
             None => 0.0,
             Some((coefficient, of)) => coefficient * load(of),
         };
         let constant = [self.constant[0] + loaded, self.constant[1] + loaded];
-        let level = |direction: f64| if direction > 0.0 { constant[0] } else { constant[1] };
-        if !self.resistances.is_empty() {
-            let varying = |direction: f64, speed: f64| -> f64 {
-                self.resistances.iter().map(|effect| effect.resistance(direction, speed)).sum()
-            };
-            return bristles
-                + friction(coast, step_s, |direction, speed| level(direction) + varying(direction, speed));
+        if constant == [0.0; 2] && self.drag == 0.0 {
+            return StepForce::ZERO;
         }
-        if constant == [0.0; 2] {
-            return bristles;
+        match &self.dry.bristle {
+            Some(bristle) if constant != [0.0; 2] => {
+                let level = |direction: f64, speed: f64| self.dry.level(direction, speed) + loaded;
+                let (force, end) =
+                    bristle.step(*bristle_force, coast, step_s, Sliding { level, drag: self.drag });
+                *bristle_force = end;
+                force
+            }
+            _ if self.varies() => friction(coast, step_s, |direction, speed| {
+                self.dry.level(direction, speed) + loaded + direction * self.drag * speed
+            }),
+            _ => friction(coast, step_s, |direction, _| if direction > 0.0 { constant[0] } else { constant[1] }),
         }
-        bristles + friction(coast, step_s, |direction, _| level(direction))
     }
 
     /// The motor's force per its nominal one.
