@@ -116,13 +116,12 @@ impl Found {
             && self.worth_naming(index, self.chosen, before)
     }
 
-    /// Whether a candidate explains most of what is open, though a number of it ran off: with what is missing beside it, it may
-    /// be found inside.
+    /// Whether a candidate explains most of what is open, though a number of it ran off or an effect found before does not show
+    /// any more: with what is missing beside it, the one may be found inside, and the other be taken out.
     pub(super) fn may_lead_on(&self, index: usize, before: &Score) -> bool {
         let open = |k: usize| self.candidates[k].score.mean_square() - 1.0;
         index != self.chosen
             && self.candidates[index].thorough
-            && self.shows(index)
             && open(index) < LARGE_SHARE_OF_REST * open(self.chosen)
             && self.beyond_chance(index, self.chosen)
             && self.worth_naming(index, self.chosen, before)

@@ -61,14 +61,16 @@ impl Search<'_> {
         for _ in 0..MOST_EFFECTS {
             let sound = found.chosen;
             self.grow(&mut found, before)?;
+            // An effect that led on may have become superfluous.
+            self.shrink(&mut found, before)?;
             if !found.is_resolved(found.chosen) {
                 // What led on has led nowhere: the best that was found on the way.
                 found.chosen = sound;
                 let all: Vec<usize> = (0..found.candidates.len()).collect();
                 let sound: Vec<usize> = all.into_iter().filter(|&k| found.may_follow(k, before)).collect();
                 found.chosen = found.best_of(&sound).unwrap_or(found.chosen);
+                self.shrink(&mut found, before)?;
             }
-            self.shrink(&mut found, before)?;
             self.swap(&mut found, before)?;
             if settled == Some(found.chosen) {
                 break;
