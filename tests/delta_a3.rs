@@ -81,19 +81,11 @@ fn diagnosis() -> &'static Diagnosis {
     })
 }
 
-/// Coulomb and viscous friction of the causes, as two laws or as the mean over the directions of one.
+/// Coulomb and viscous friction of the causes.
 fn friction(diagnosis: &Diagnosis) -> [f64; 2] {
-    let mean = |prefix: &str| {
-        let causes = diagnosis.causes.iter().filter(|cause| cause.effect.ends_with("_friction"));
-        let own = causes.flat_map(|cause| cause.parameters.iter().map(move |(key, p)| (cause, key, p.value)));
-        let coulomb = |key: &str| key.starts_with("coulomb") || key == "torque_nm";
-        let values: Vec<f64> = own
-            .filter(|(_, key, _)| if prefix == "coulomb" { coulomb(key) } else { key.starts_with("viscous") })
-            .map(|(_, _, value)| value)
-            .collect();
-        values.iter().sum::<f64>() / values.len() as f64
-    };
-    [mean("coulomb"), mean("viscous")]
+    [("coulomb_friction", "torque_nm"), ("viscous_friction", "viscous_nm_s_per_rad")].map(|(effect, key)| {
+        diagnosis.causes.iter().find(|cause| cause.effect == effect).unwrap().parameters[key].value
+    })
 }
 
 fn assert_near(what: &str, value: f64, expected: f64, within: f64) {

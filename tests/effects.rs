@@ -53,12 +53,11 @@ const fn equal(hidden: &'static str, parameter: &'static str, equals: &'static [
     Case { hidden, parameter, within: 0.05, equals }
 }
 
-const DRIVE: [Case; 11] = [
-    case(
-        "controller_gain position_factor=1.1 velocity_factor=1 integral_factor=1.2 velocity_feedforward=0.7",
-        "position_factor",
-        0.01,
-    ),
+const DRIVE: [Case; 14] = [
+    case("position_gain factor=1.1", "factor", 0.01),
+    case("velocity_gain factor=0.9", "factor", 0.01),
+    case("integral_gain factor=1.2", "factor", 0.01),
+    case("velocity_feedforward share=0.5", "share", 0.01),
     case("loop_delay delay_s=4e-4", "delay_s", 0.03),
     case("voltage_saturation limit_v=2", "limit_v", 0.01),
     case("dead_zone half_width_v=0.05", "half_width_v", 0.02),
@@ -205,7 +204,7 @@ fn exact_every_effect_of_the_catalogue_has_its_case() {
 #[test]
 fn ref_effects_that_the_data_do_not_excite_are_not_named() {
     let hidden = [
-        "controller_gain position_factor=1 velocity_factor=1 integral_factor=1 velocity_feedforward=0.7",
+        "position_gain factor=1.000001",
         "voltage_saturation limit_v=30",
         "dead_zone half_width_v=1e-7",
         "amplifier_offset offset_v=1e-7",
@@ -234,7 +233,6 @@ fn ref_effects_that_the_data_do_not_excite_are_not_named() {
 #[test]
 fn ref_without_the_true_effect_the_answer_is_unknown() {
     let hidden = [
-        "controller_gain position_factor=1.1 velocity_factor=1 integral_factor=1.2 velocity_feedforward=0.7",
         "voltage_saturation limit_v=2",
         "winding_resistance resistance_ohm=1.6",
         "back_emf back_emf_v_s_per_m=20",

@@ -35,8 +35,11 @@ const LATE_M: Range<f64> = 0.26e-3..0.36e-3;
 const LEAD_PERIOD_M: Range<f64> = 17e-3..23e-3;
 const LEAD_M: Range<f64> = 18e-6..87e-6;
 /// The full catalogue takes minutes a comparison: what can act on such an axis, the true changes and their rivals.
-const MECHANICS: [EffectId; 10] = [
-    EffectId::ControllerGain,
+const MECHANICS: [EffectId; 13] = [
+    EffectId::PositionGain,
+    EffectId::VelocityGain,
+    EffectId::IntegralGain,
+    EffectId::VelocityFeedforward,
     EffectId::LoopDelay,
     EffectId::ForceConstant,
     EffectId::CoulombFriction,
@@ -139,9 +142,11 @@ fn ref_broken_screw_and_retuned_drive_are_what_changed() {
     assert_friction_fell(&d);
     assert_lost_motion(&d, LATE_M);
     // The feed-forward was switched off; the gain of 88.6 1/s that would give the same cruise error is not what it was before.
-    let gains = &cause(&d, "controller_gain").parameters;
-    assert_within("feed-forward", gains["velocity_feedforward"].value, -0.1..0.15);
-    assert_within("position gain", gains["position_factor"].value, 0.8..1.25);
+    let feedforward = cause(&d, "velocity_feedforward");
+    assert_eq!(feedforward.group.as_deref(), Some("controller_gain"));
+    assert_within("feed-forward", feedforward.parameters["share"].value, -0.1..0.15);
+    let position = d.causes.iter().find(|cause| cause.effect == "position_gain");
+    assert_within("position gain", position.map_or(1.0, |gain| gain.parameters["factor"].value), 0.8..1.25);
     assert!(d.gap.closed > 0.99 && d.gap.after < 0.05 * d.gap.before, "{:?}", d.gap);
 }
 
@@ -152,8 +157,8 @@ fn ref_broken_screw_alone_is_not_a_retuned_drive() {
     let d = comparison(&recording("mechanical_8.toml", &[]));
     assert_friction_fell(&d);
     assert_lost_motion(&d, LATE_M);
-    let gains = d.causes.iter().find(|cause| cause.effect == "controller_gain");
-    let feedforward = gains.map_or(0.98, |cause| cause.parameters["velocity_feedforward"].value);
+    let gain = d.causes.iter().find(|cause| cause.effect == "velocity_feedforward");
+    let feedforward = gain.map_or(0.98, |cause| cause.parameters["share"].value);
     assert_within("feed-forward", feedforward, 0.9..1.05);
     // The lead error is there while the nut pushes forward, and hardly on the way back.
     let lead = &cause(&d, "screw_error").parameters;

@@ -24,8 +24,11 @@ use support::needs;
 const GRINDER: &str = "models/grinder";
 
 /// Effects that may be named: enough rivals at every site, few enough for a test.
-const CATALOGUE: [EffectId; 8] = [
-    EffectId::ControllerGain,
+const CATALOGUE: [EffectId; 11] = [
+    EffectId::PositionGain,
+    EffectId::VelocityGain,
+    EffectId::IntegralGain,
+    EffectId::VelocityFeedforward,
     EffectId::LoopDelay,
     EffectId::ForceConstant,
     EffectId::ViscousFriction,
@@ -296,6 +299,9 @@ fn exact_segments_merge_where_signals_are_missing() {
 }
 
 /// What lies before the first known signal, or acts through the loop alone, is said not to have been looked at.
+/// The gains of the control law, in signal-path order.
+const GAINS: &str = "position_gain velocity_gain integral_gain velocity_feedforward";
+
 #[test]
 fn exact_effects_without_a_trace_are_not_examined() {
     let unseen = |known: &Known| {
@@ -305,10 +311,10 @@ fn exact_effects_without_a_trace_are_not_examined() {
         not_examined(&d).join(" ")
     };
     assert_eq!(unseen(&POSITION_ONLY), "");
-    assert_eq!(unseen(&CONTROLLER_UNKNOWN), "controller_gain");
-    assert_eq!(unseen(&REFERENCE_MISSING), "controller_gain velocity_filter");
-    assert_eq!(unseen(&CURRENT_ONLY), "controller_gain loop_delay velocity_filter");
-    assert_eq!(unseen(&THRUST_ONLY), "controller_gain loop_delay force_constant velocity_filter");
+    assert_eq!(unseen(&CONTROLLER_UNKNOWN), GAINS);
+    assert_eq!(unseen(&REFERENCE_MISSING), format!("{GAINS} velocity_filter"));
+    assert_eq!(unseen(&CURRENT_ONLY), format!("{GAINS} loop_delay velocity_filter"));
+    assert_eq!(unseen(&THRUST_ONLY), format!("{GAINS} loop_delay force_constant velocity_filter"));
 }
 
 /// A second sensor at the load cuts once more: lost motion shows behind the encoder, friction before it.

@@ -23,6 +23,7 @@ fn parameter(value: f64, half: f64, unit: &str, twin: f64) -> Parameter {
 fn cause(effect: &str, site: &str, closes: f64, parameters: &[(&str, Parameter)]) -> Cause {
     Cause {
         effect: effect.to_owned(),
+        group: None,
         site: site.to_owned(),
         probability: 0.999_96,
         closes,
@@ -220,15 +221,8 @@ fn comparison() -> Diagnosis {
     });
     let factor = |key, value, half| (key, parameter(value, half, "1", 1.0));
     d.causes = vec![
-        cause(
-            "controller_gain",
-            "controller",
-            0.6,
-            &[
-                factor("position_factor", 1.01, 0.02),
-                ("velocity_feedforward", parameter(0.004, 0.01, "1", 0.979)),
-            ],
-        ),
+        cause("position_gain", "controller", 0.1, &[factor("factor", 1.01, 0.02)]),
+        cause("velocity_feedforward", "controller", 0.5, &[("share", parameter(0.004, 0.01, "1", 0.979))]),
         cause("coulomb_friction", "guide", 0.3, &[("force_n", parameter(165.0, 12.0, "N", 973.0))]),
         cause("backlash", "structure", 0.09, &[("width_m", parameter(3.1e-4, 1e-5, "m", 0.0))]),
         cause("screw_error", "structure", 0.01, &[("period_m", parameter(0.02, 1e-4, "m", f64::NAN))]),

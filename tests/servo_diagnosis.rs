@@ -19,8 +19,11 @@ use slideway::units::Motion;
 
 const PERIOD_S: f64 = 2e-3;
 /// Effects that may be named: frictions, and rivals at other sites.
-const CATALOGUE: [EffectId; 9] = [
-    EffectId::ControllerGain,
+const CATALOGUE: [EffectId; 12] = [
+    EffectId::PositionGain,
+    EffectId::VelocityGain,
+    EffectId::IntegralGain,
+    EffectId::VelocityFeedforward,
     EffectId::LoopDelay,
     EffectId::ForceConstant,
     EffectId::ViscousFriction,

@@ -12,8 +12,11 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use strokes::Strokes;
 
-const CATALOGUE: [EffectId; 7] = [
-    EffectId::ControllerGain,
+const CATALOGUE: [EffectId; 10] = [
+    EffectId::PositionGain,
+    EffectId::VelocityGain,
+    EffectId::IntegralGain,
+    EffectId::VelocityFeedforward,
     EffectId::CoulombFriction,
     EffectId::Payload,
     EffectId::Backlash,

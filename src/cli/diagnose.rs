@@ -49,9 +49,9 @@ pub(super) struct Diagnose {
     /// Machine setting in force, by key path; may be given several times
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<Setting>,
-    /// Effect that the machine cannot have, struck from the catalogue; may be given several times
-    #[arg(long, value_name = "EFFECT", value_parser = effect())]
-    without: Vec<EffectId>,
+    /// Effect, or group of effects, that the machine cannot have, struck from the catalogue; may be given several times
+    #[arg(long, value_name = "EFFECT", value_parser = struck())]
+    without: Vec<Struck>,
     /// Write the verdict as JSON, schema slideway-diagnosis/1; - for standard output instead of the report
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
@@ -68,11 +68,21 @@ pub(super) struct Diagnose {
     exit_code: bool,
 }
 
-fn effect() -> impl clap::builder::TypedValueParser<Value = EffectId> {
-    let names = EffectId::ALL.iter().map(|effect| effect.name());
-    PossibleValuesParser::new(names).try_map(|name| {
-        EffectId::ALL.iter().copied().find(|effect| effect.name() == name).ok_or("not in the catalogue")
-    })
+/// An effect by its name, or all of a group.
+#[derive(Debug, Clone)]
+struct Struck(String);
+
+impl Struck {
+    fn holds(&self, effect: EffectId) -> bool {
+        effect.name() == self.0 || effect.group() == Some(self.0.as_str())
+    }
+}
+
+fn struck() -> impl clap::builder::TypedValueParser<Value = Struck> {
+    let mut names: Vec<&str> = EffectId::ALL.iter().flat_map(|e| e.group().into_iter().chain([e.name()])).collect();
+    let mut seen = std::collections::BTreeSet::new();
+    names.retain(|name| seen.insert(*name));
+    PossibleValuesParser::new(names).map(Struck)
 }
 
 /// Where the JSON goes.
@@ -178,8 +188,9 @@ impl Diagnose {
         recording: &Recording,
         screen: &Screen,
     ) -> Result<Diagnosis, Error> {
+        let is_struck = |effect: &EffectId| self.without.iter().any(|struck| struck.holds(*effect));
         let catalogue: Vec<EffectId> =
-            EffectId::ALL.iter().copied().filter(|effect| !self.without.contains(effect)).collect();
+            EffectId::ALL.iter().copied().filter(|effect| !is_struck(effect)).collect();
         let spinner = screen.spinner("fitting hypotheses");
         let progress = |hypothesis: &str| {
             spinner.inc(1);

@@ -109,9 +109,11 @@ impl Controller {
         }
     }
 
-    /// Multiplies the gains of position loop, velocity loop (the proportional register) and integral.
-    pub fn scale_gains(&mut self, position: f64, velocity: f64, integral: f64) {
-        match self {
+    /// The law with the gains of position loop, velocity loop (the proportional register) and integral multiplied.
+    #[must_use]
+    pub fn with_gains(&self, position: f64, velocity: f64, integral: f64) -> Self {
+        let mut scaled = self.clone();
+        match &mut scaled {
             Self::Pdf(law) => {
                 law.position_gain_per_s *= position;
                 law.proportional_gain_per_count *= velocity;
@@ -127,6 +129,7 @@ impl Controller {
                 law.derivative_gain_v_s_per_m *= velocity;
             }
         }
+        scaled
     }
 
     /// Share of the reference velocity that is fed forward.
@@ -138,13 +141,16 @@ impl Controller {
         }
     }
 
-    /// Sets the share of the reference velocity that is fed forward.
-    pub fn set_velocity_feedforward(&mut self, share: f64) {
-        match self {
+    /// The law with this share of the reference velocity fed forward.
+    #[must_use]
+    pub fn with_velocity_feedforward(&self, share: f64) -> Self {
+        let mut fed = self.clone();
+        match &mut fed {
             Self::Pdf(law) => law.velocity_feedforward = share,
             Self::Cascade(law) => law.velocity_feedforward = share,
             Self::Pd(law) => law.velocity_feedforward = share,
         }
+        fed
     }
 
     /// Whether the law has an integral part.

@@ -65,6 +65,7 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> Vec<Cause> {
             let confusable_with = confusable(found, effect);
             Cause {
                 effect: effect.name().to_string(),
+                group: effect.group().map(str::to_owned),
                 site: effect.site().name().to_string(),
                 probability: probability(found, effect),
                 closes: contributions.get(&effect).copied().unwrap_or(0.0),

@@ -46,6 +46,9 @@ pub struct Parameter {
 pub struct Cause {
     /// Effect id.
     pub effect: String,
+    /// The group that it belongs to, where several effects are numbers of one thing.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub group: Option<String>,
     /// Its place on the signal path.
     pub site: String,
     /// Posterior probability that it acts.

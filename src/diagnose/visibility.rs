@@ -2,7 +2,7 @@
 
 use super::check::{Check, Finding, Severity};
 use super::experiment::Experiment;
-use crate::effect::{EffectId, Site};
+use crate::effect::{CONTROLLER_GAIN, EffectId, Site};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::windows::Input;
@@ -47,7 +47,10 @@ impl View {
 pub fn unseen(effect: EffectId, machine: &Machine, experiments: &[Experiment]) -> Option<&'static str> {
     if !effect.applies(&machine.constants()) {
         return Some(match effect {
-            EffectId::ControllerGain => "The machine file states no controller.",
+            _ if effect.group() == Some(CONTROLLER_GAIN) && machine.constants().controller.is_none() => {
+                "The machine file states no controller."
+            }
+            _ if effect.group() == Some(CONTROLLER_GAIN) => "The stated control law has no such gain.",
             EffectId::Backlash | EffectId::ScrewError => {
                 "Nothing sees the load's end of the drive train: log load_position_m or load_position_rad and state [load_sensor]."
             }

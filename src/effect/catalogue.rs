@@ -35,6 +35,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::MODIFIES,)+ }
             }
 
+            /// See [`Law::GROUP`].
+            pub fn group(self) -> Option<&'static str> {
+                match self { $(Self::$law => <$law as Law>::GROUP,)+ }
+            }
+
             /// See [`Law::MAKES_NOISE`].
             pub fn makes_noise(self) -> bool {
                 match self { $(Self::$law => <$law as Law>::MAKES_NOISE,)+ }

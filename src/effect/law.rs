@@ -146,6 +146,8 @@ pub trait Law: Sized {
     /// Of a feature of friction: the effects of which it modifies one or several. Without any of them it does nothing, and is
     /// neither stated nor looked for.
     const MODIFIES: &'static [EffectId] = &[];
+    /// The group that it belongs to, where several effects are numbers of one thing.
+    const GROUP: Option<&'static str> = None;
     /// How much rarer than others it is, as the logarithm of odds: what decides where data cannot, because the law
     /// is another one's equal on them.
     const RARITY: f64 = 0.0;

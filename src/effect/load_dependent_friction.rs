@@ -66,8 +66,8 @@ impl Law for LoadDependentFriction {
     }
 }
 
-/// Loss of a good and of a poor gear, to start a fit from.
-const TRANSMISSION_STARTS: [f64; 2] = [0.05, 0.25];
+/// Losses from those of a good spur gear to those of a small many-staged one that is hardly driven back, to start a fit from.
+const TRANSMISSION_STARTS: [f64; 3] = [0.05, 0.2, 0.6];
 /// A transmission with this coefficient would hold any load by itself.
 const SELF_LOCKING: f64 = 1.0;
 

@@ -23,7 +23,6 @@ mod catalogue;
 pub mod cogging;
 pub mod constant_force;
 pub mod constants;
-pub mod controller_gain;
 pub mod coulomb_friction;
 pub mod dead_zone;
 pub mod encoder_periodic_error;
@@ -33,18 +32,22 @@ pub mod flexible_mode;
 pub mod force_constant;
 pub mod force_ripple;
 mod harmonics;
+pub mod integral_gain;
 pub mod law;
 pub mod load_dependent_friction;
 pub mod loop_delay;
 pub mod payload;
 pub mod periodogram;
+pub mod position_gain;
 pub mod presliding;
 mod reading_error;
 mod resonance;
 pub mod screening;
 pub mod screw_error;
 pub mod stribeck_friction;
+pub mod velocity_feedforward;
 pub mod velocity_filter;
+pub mod velocity_gain;
 pub mod viscous_friction;
 pub mod voltage_saturation;
 pub mod winding_inductance;
@@ -59,7 +62,6 @@ pub use cable_spring::CableSpring;
 pub use cogging::Cogging;
 pub use constant_force::ConstantForce;
 pub use constants::Constants;
-pub use controller_gain::ControllerGain;
 pub use coulomb_friction::CoulombFriction;
 pub use dead_zone::DeadZone;
 pub use encoder_periodic_error::EncoderPeriodicError;
@@ -68,22 +70,32 @@ pub use encoder_scale::EncoderScale;
 pub use flexible_mode::FlexibleMode;
 pub use force_constant::ForceConstant;
 pub use force_ripple::ForceRipple;
+pub use integral_gain::IntegralGain;
 pub use law::{Door, Law, Parameter, Site};
 pub use load_dependent_friction::LoadDependentFriction;
 pub use loop_delay::LoopDelay;
 pub use payload::Payload;
+pub use position_gain::PositionGain;
 pub use presliding::Presliding;
 pub use screening::Screen;
 pub use screw_error::ScrewError;
 pub use stribeck_friction::StribeckFriction;
+pub use velocity_feedforward::VelocityFeedforward;
 pub use velocity_filter::VelocityFilter;
+pub use velocity_gain::VelocityGain;
 pub use viscous_friction::ViscousFriction;
 pub use voltage_saturation::VoltageSaturation;
 pub use winding_inductance::WindingInductance;
 pub use winding_resistance::WindingResistance;
 
+/// The group of effects that are gains of the controller.
+pub const CONTROLLER_GAIN: &str = "controller_gain";
+
 catalogue::catalogue! {
-    controller_gain: ControllerGain,
+    position_gain: PositionGain,
+    velocity_gain: VelocityGain,
+    integral_gain: IntegralGain,
+    velocity_feedforward: VelocityFeedforward,
     loop_delay: LoopDelay,
     voltage_saturation: VoltageSaturation,
     dead_zone: DeadZone,

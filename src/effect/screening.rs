@@ -120,19 +120,18 @@ impl Screen {
         self.position.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)))
     }
 
-    /// The longest pitch that may be looked for: a pitch of which less than three periods are travelled is not told
-    /// from friction and springs, and what turns repeats once a turn at the latest.
+    /// The longest pitch that is looked for: one period within the travel of all runs together, and what turns repeats once
+    /// a turn at the latest.
     pub fn longest_pitch(&self) -> f64 {
-        let covered = self.travel() / 3.0;
         match self.motion {
-            Motion::Prismatic => covered,
-            Motion::Revolute => covered.min(1.01 * std::f64::consts::TAU),
+            Motion::Prismatic => self.travel(),
+            Motion::Revolute => self.travel().min(1.01 * std::f64::consts::TAU),
         }
     }
 
-    /// Pitches that a fit may look for.
+    /// Pitches that a fit may come to: what is longer than the travel is a spring.
     pub fn period_range(&self) -> (f64, f64) {
-        (1e-3 * self.longest_pitch(), self.longest_pitch())
+        (3e-4 * self.longest_pitch(), BEYOND_TRAVEL * self.longest_pitch())
     }
 
     /// The voltage that the largest motor effort takes at standstill.
@@ -186,6 +185,9 @@ impl Screen {
         self.regress(&columns)?.try_into().ok()
     }
 }
+
+/// A fit may look for a pitch so many times the longest from which it starts.
+const BEYOND_TRAVEL: f64 = 1.5;
 
 fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0usize), |(s, n), v| (s + v * v, n + 1));

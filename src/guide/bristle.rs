@@ -128,11 +128,16 @@ impl Bristle {
         let offset = begun + direction * level;
         let rate = self.stiffness / level;
         let a = rate * travel.abs();
-        let ([share, moment], [share_slope, moment_slope]) = shape(a);
-        let fallen = (-a).exp();
-        let end = if travel == 0.0 { begun } else { offset * fallen - direction * level };
-        let fading = (speed * self.damping / level).powi(2);
-        let damping = self.damping * (-fading).exp() / (self.stiffness * step_s);
+        let gone = fallen(a);
+        let ([share, moment], [share_slope, moment_slope]) = shape(a, gone);
+        let left = 1.0 - gone;
+        let end = if travel == 0.0 { begun } else { offset * left - direction * level };
+        let damping = if self.damping == 0.0 {
+            0.0
+        } else {
+            let fading = (speed * self.damping / level).powi(2);
+            self.damping * (1.0 - fallen(fading)) / (self.stiffness * step_s)
+        };
         let slope = rate * direction;
         Answer {
             force: StepForce {
@@ -140,7 +145,7 @@ impl Bristle {
                 rise: 12.0 * offset * moment,
             },
             slopes: [
-                offset * (share_slope - damping * fallen) * slope - sliding.drag * direction / step_s,
+                offset * (share_slope - damping * left) * slope - sliding.drag * direction / step_s,
                 12.0 * offset * moment_slope * slope,
             ],
             end,
@@ -148,8 +153,14 @@ impl Bristle {
     }
 }
 
-/// Mean and first moment about the middle of e^(−a·s) for 0 ≤ s ≤ 1, and their derivatives by a.
-fn shape(a: f64) -> ([f64; 2], [f64; 2]) {
+/// 1 − e^(−a); from where on that is 1 to rounding, without the detour.
+fn fallen(a: f64) -> f64 {
+    const TO_ROUNDING: f64 = 40.0;
+    if a > TO_ROUNDING { 1.0 } else { -(-a).exp_m1() }
+}
+
+/// Mean and first moment about the middle of e^(−a·s) for 0 ≤ s ≤ 1, and their derivatives by a; `fallen` is 1 − e^(−a).
+fn shape(a: f64, fallen: f64) -> ([f64; 2], [f64; 2]) {
     // Below this, the closed forms take numbers near each other apart.
     const SERIES_BELOW: f64 = 1e-2;
     if a < SERIES_BELOW {
@@ -159,7 +170,6 @@ fn shape(a: f64) -> ([f64; 2], [f64; 2]) {
         let moment_slope = -1.0 / 12.0 + a * (1.0 / 12.0 - a * 0.0375);
         return ([mean, moment], [mean_slope, moment_slope]);
     }
-    let fallen = -(-a).exp_m1();
     let decay = 1.0 - fallen;
     let mean = fallen / a;
     let mean_slope = (decay * a - fallen) / (a * a);
@@ -197,7 +207,7 @@ mod tests {
             let at = |k: i32| (f64::from(k) + 0.5) / f64::from(steps);
             let integral =
                 |f: &dyn Fn(f64) -> f64| (0..steps).map(|k| f(at(k))).sum::<f64>() / f64::from(steps);
-            let ([mean, moment], slopes) = shape(a);
+            let ([mean, moment], slopes) = shape(a, fallen(a));
             assert!((mean - integral(&|s| (-a * s).exp())).abs() < 1e-8);
             assert!((moment - integral(&|s| (s - 0.5) * (-a * s).exp())).abs() < 1e-8);
             assert!((slopes[0] + integral(&|s| s * (-a * s).exp())).abs() < 1e-6);

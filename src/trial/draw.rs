@@ -53,7 +53,7 @@ pub fn case(seed: Seed, machine: &Machine, logged: &[Signal], planned: &Planned)
             }
         }
     }
-    let nothing = || (EffectId::ControllerGain, "no draw came to anything".to_owned());
+    let nothing = || (EffectId::PositionGain, "no draw came to anything".to_owned());
     let (effect, why) = reason.unwrap_or_else(nothing);
     Ok(Outcome::Skipped(effect, why))
 }

@@ -161,26 +161,15 @@ fn between(from: f64, to: f64, share: f64) -> f64 {
 
 fn drive(effect: EffectId, scale: &Scale, drawn: Drawn) -> ((f64, f64), Values) {
     let (volt, period) = (scale.voltage_v, scale.constants.sample_period_s);
-    let feedforward = effect.neutral(&scale.constants).get(3).copied().unwrap_or(0.0);
     match effect {
-        EffectId::ControllerGain => {
-            // Any one or two of the three gains, each up or down.
-            let pick = (drawn.share[0] * 6.0) as usize;
-            let sign = drawn.sign;
-            let other = if drawn.share[1] < 0.5 { -1.0 } else { 1.0 };
-            let direction = match pick {
-                0 => [1.0, 0.0, 0.0],
-                1 => [0.0, 1.0, 0.0],
-                2 => [0.0, 0.0, 1.0],
-                3 => [1.0, other, 0.0],
-                4 => [1.0, 0.0, other],
-                _ => [0.0, 1.0, other],
-            };
-            let values = move |s: f64| {
-                let factors = direction.map(|d: f64| 1.0 + sign * d * s);
-                [factors.to_vec(), vec![feedforward]].concat()
-            };
-            ((1e-4, 0.3), Box::new(values))
+        EffectId::PositionGain | EffectId::VelocityGain | EffectId::IntegralGain => {
+            ((1e-4, 0.5), one(move |s| 1.0 + drawn.sign * s))
+        }
+        EffectId::VelocityFeedforward => {
+            let stated = effect.neutral(&scale.constants).first().copied().unwrap_or(0.0);
+            // Towards the middle of none and all, so that it stays between them.
+            let sign = if stated < 0.5 { 1.0 } else { -1.0 };
+            ((1e-4, 0.5), one(move |s| stated + sign * s))
         }
         EffectId::LoopDelay => ((5e-3, 4.0), one(move |s| s * period)),
         EffectId::VoltageSaturation => ((1e-3, 0.75), one(move |s| volt * (1.0 - s))),

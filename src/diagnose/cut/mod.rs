@@ -46,7 +46,11 @@ impl Cut {
     /// The stretch in which an effect shows, given which signals were logged.
     fn of(effect: EffectId, has_current: bool, has_thrust: bool) -> Self {
         match effect {
-            EffectId::ControllerGain | EffectId::VelocityFilter => Self::Controller,
+            EffectId::PositionGain
+            | EffectId::VelocityGain
+            | EffectId::IntegralGain
+            | EffectId::VelocityFeedforward
+            | EffectId::VelocityFilter => Self::Controller,
             EffectId::LoopDelay
             | EffectId::VoltageSaturation
             | EffectId::DeadZone
