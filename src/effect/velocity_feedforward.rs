@@ -1,0 +1,56 @@
+//! Feed-forward of the reference velocity other than stated.
+
+use super::law::infinite;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::controller::Controller;
+use serde::{Deserialize, Serialize};
+
+/// The share of the reference velocity that the controller feeds forward, retuned after the machine file was written.
+///
+/// # Model
+/// The share itself, since it is often stated as zero.
+///
+/// # Validity
+/// The law itself is the one stated.
+///
+/// # Source
+/// [`Controller`].
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct VelocityFeedforward {
+    /// Share of the reference velocity that is fed forward, in the place of the stated one.
+    pub share: f64,
+}
+
+impl Law for VelocityFeedforward {
+    const SITE: Site = Site::Controller;
+    const PHRASE: &'static str = "a velocity feed-forward other than stated";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("share", "1")];
+    const GROUP: Option<&'static str> = Some(super::CONTROLLER_GAIN);
+
+    fn applies(constants: &Constants) -> bool {
+        constants.controller.as_ref().is_some_and(|law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0) != *law)
+    }
+
+    fn fault(&self) -> Option<String> {
+        infinite("share", self.share)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        if let Some(law) = &mut constants.controller {
+            *law = law.with_velocity_feedforward(self.share);
+        }
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.controller.as_ref().map_or(0.0, Controller::velocity_feedforward)]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        screen.constants.as_ref().map(Self::neutral).into_iter().collect()
+    }
+
+    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(-0.5, 1.5)]
+    }
+}
