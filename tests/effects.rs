@@ -16,8 +16,7 @@ fn machine() -> Machine {
 }
 
 /// Stroke (m), feed (m/min) and role of each run.
-const CELLS: [(f64, f64, Role); 5] = [
-    (0.03, 4.0, Role::Training),
+const CELLS: [(f64, f64, Role); 4] = [
     (0.04, 16.0, Role::Training),
     (0.05, 8.0, Role::Training),
     (0.04, 8.0, Role::HeldOut),
@@ -144,7 +143,8 @@ fn fault(case: &Case, seed: u64) -> Option<String> {
     let d = run_diagnosis(&keys, seed);
     let (own, others): (Vec<&Cause>, Vec<&Cause>) =
         d.causes.iter().partition(|cause| Some(cause.effect.as_str()) != modified(case.hidden));
-    let ([cause], true) = (own.as_slice(), others.len() == usize::from(modified(case.hidden).is_some())) else {
+    let ([cause], true) = (own.as_slice(), others.len() == usize::from(modified(case.hidden).is_some()))
+    else {
         let names: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
         return Some(format!("{effect}: {:?} {names:?}", d.verdict));
     };

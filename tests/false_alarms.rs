@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 /// Machines with nothing hidden: their stated constants are off inside their tolerances, their sensors noisy. The variable
 /// SLIDEWAY_FALSE_ALARMS asks for more of them.
-const CASES: usize = 12;
+const CASES: usize = 8;
 /// How often a cause may be named.
 const MOST_FALSE_ALARMS: f64 = 0.02;
 /// A development seed of its own.

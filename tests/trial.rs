@@ -309,7 +309,10 @@ fn exact_plan_is_even_and_pairs_are_possible() {
     assert_eq!((of(Tier::Null).count(), of(Tier::Pair).count()), (40, 40));
     for pair in of(Tier::Pair) {
         let [a, b] = pair.effects[..] else { panic!("{pair:?}") };
-        assert!(a != b && !a.modifies().contains(&b) && !b.modifies().contains(&a) && !equal(a, b), "{pair:?}");
+        assert!(
+            a != b && !a.modifies().contains(&b) && !b.modifies().contains(&a) && !equal(a, b),
+            "{pair:?}"
+        );
         assert!(pair.spare.len() == 3, "{pair:?}");
         // What a case falls back on is no other case's turn.
         assert!(of(Tier::Pair).all(|other| !pair.spare.contains(&other.effects)), "{pair:?}");

@@ -79,7 +79,8 @@ impl Struck {
 }
 
 fn struck() -> impl clap::builder::TypedValueParser<Value = Struck> {
-    let mut names: Vec<&str> = EffectId::ALL.iter().flat_map(|e| e.group().into_iter().chain([e.name()])).collect();
+    let mut names: Vec<&str> =
+        EffectId::ALL.iter().flat_map(|e| e.group().into_iter().chain([e.name()])).collect();
     let mut seen = std::collections::BTreeSet::new();
     names.retain(|name| seen.insert(*name));
     PossibleValuesParser::new(names).map(Struck)

@@ -252,8 +252,7 @@ const DRAWS: usize = 200;
 pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let candidates = &found.candidates;
     let best = reference(candidates);
-    let stands: Vec<bool> =
-        (0..candidates.len()).map(|index| !found.is_refinement(index, before)).collect();
+    let stands: Vec<bool> = (0..candidates.len()).map(|index| !found.is_refinement(index, before)).collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
     let mut sum = vec![0.0; candidates.len()];
     for weights in bootstrap(best.blocks(), DRAWS) {

@@ -56,8 +56,7 @@ pub struct Hypothesis {
 /// Whether every feature of a set has something to modify, in the set or in the machine's file (heredity).
 pub fn is_hereditary(machine: &Machine, effects: &EffectSet) -> bool {
     let stands = |effect: &EffectId| {
-        machine.description().has_modified(*effect)
-            || effect.modifies().iter().any(|of| effects.contains(of))
+        machine.description().has_modified(*effect) || effect.modifies().iter().any(|of| effects.contains(of))
     };
     effects.iter().all(stands)
 }

@@ -91,7 +91,8 @@ impl Motion {
                     .iter()
                     .map(|effect| effect.push(x, v) + if ripple { force * effect.ripple(x) } else { 0.0 })
                     .sum();
-                let own = pushed - v.signum() * constants.friction.resistance(v.signum(), v.abs(), constants.viscous);
+                let own = pushed
+                    - v.signum() * constants.friction.resistance(v.signum(), v.abs(), constants.viscous);
                 let weight = weight.map_or(0.0, |weight| weight.effort(x));
                 let driving = force + own + weight - constants.viscous * v;
                 constants.moving_mass * acceleration[k] + base.force(driving) - driving

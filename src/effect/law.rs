@@ -71,7 +71,14 @@ impl Parameter {
         unit: &'static str,
         revolute_unit: &'static str,
     ) -> Self {
-        Self { name, revolute_name, unit, revolute_unit, held: false, limits: (f64::NEG_INFINITY, f64::INFINITY) }
+        Self {
+            name,
+            revolute_name,
+            unit,
+            revolute_unit,
+            held: false,
+            limits: (f64::NEG_INFINITY, f64::INFINITY),
+        }
     }
 
     /// The parameter, which the law allows from one value to another.

@@ -42,8 +42,10 @@ impl Law for StribeckFriction {
     fn fault(&self) -> Option<String> {
         let peak = self.peak_ratio;
         let low = !(peak.is_finite() && peak >= 1.0);
-        low.then(|| format!("peak_ratio = {peak}, expected at least 1: stiction is not below Coulomb friction"))
-            .or_else(|| not_positive("stribeck_velocity_m_per_s", self.stribeck_velocity_m_per_s))
+        low.then(|| {
+            format!("peak_ratio = {peak}, expected at least 1: stiction is not below Coulomb friction")
+        })
+        .or_else(|| not_positive("stribeck_velocity_m_per_s", self.stribeck_velocity_m_per_s))
     }
 
     fn alter(&self, constants: &mut Constants) {

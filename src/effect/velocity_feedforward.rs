@@ -29,7 +29,10 @@ impl Law for VelocityFeedforward {
     const GROUP: Option<&'static str> = Some(super::CONTROLLER_GAIN);
 
     fn applies(constants: &Constants) -> bool {
-        constants.controller.as_ref().is_some_and(|law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0) != *law)
+        constants
+            .controller
+            .as_ref()
+            .is_some_and(|law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0) != *law)
     }
 
     fn fault(&self) -> Option<String> {

@@ -272,7 +272,8 @@ mod tests {
     #[test]
     fn exact_steady_sliding_is_the_level() {
         let bristle = Bristle { stiffness: 1e6, damping: 500.0 };
-        let level = |direction: f64, speed: f64| 10.0 + 2.0 * direction + 6.0 * (-(speed / 0.004).powi(2)).exp();
+        let level =
+            |direction: f64, speed: f64| 10.0 + 2.0 * direction + 6.0 * (-(speed / 0.004).powi(2)).exp();
         for velocity in [0.002, -0.002, 0.1, -0.1_f64] {
             let coast = Coast::of_mass(1e30, velocity, 1e-3);
             let (mut force, mut all) = (0.0, StepForce::ZERO);

@@ -126,7 +126,10 @@ impl Description {
         if let Some((key, fault)) = self.effect.fault() {
             return Err(Error::new(ErrorKind::OutOfRange).key(key).found(fault));
         }
-        match EffectId::ALL.iter().find(|effect| self.effect.contains(**effect) && !self.has_modified(**effect)) {
+        match EffectId::ALL
+            .iter()
+            .find(|effect| self.effect.contains(**effect) && !self.has_modified(**effect))
+        {
             None => Ok(()),
             Some(orphan) => {
                 let modified: Vec<&str> = orphan.modifies().iter().map(|effect| effect.name()).collect();

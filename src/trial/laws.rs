@@ -85,7 +85,8 @@ impl ForgedLaws {
         let loaded = Load::of(machine).filter(|_| coefficient > 0.0).map(|load| (coefficient, load));
         let rest = loaded.as_ref().map_or(0.0, |(coefficient, load)| coefficient * load.usual());
         let standing = dry.level(1.0, 0.0).max(dry.level(-1.0, 0.0)) + rest;
-        let drawn = |stiffness: f64| 2.0 * otherwise.bristle_damping * (stiffness * constants.moving_mass).sqrt();
+        let drawn =
+            |stiffness: f64| 2.0 * otherwise.bristle_damping * (stiffness * constants.moving_mass).sqrt();
         let (stiffness, damping) = match dry.bristle {
             Some(Bristle { stiffness, damping }) if damping > 0.0 => (stiffness, damping),
             Some(Bristle { stiffness, .. }) => (stiffness, drawn(stiffness)),

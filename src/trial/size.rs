@@ -218,9 +218,7 @@ fn guide(effect: EffectId, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> 
             ((1e-6, 0.2), one(move |s| s * force / weight))
         }
         EffectId::LoadDependentFriction => ((1e-4, 0.4), one(move |s| s)),
-        EffectId::AsymmetricFriction => {
-            ((1e-4, 0.8), Box::new(move |s| vec![lean, sign * s]))
-        }
+        EffectId::AsymmetricFriction => ((1e-4, 0.8), Box::new(move |s| vec![lean, sign * s])),
         EffectId::StribeckFriction => {
             let slow = scale.speed * between(0.02, 0.1, drawn.share[0]);
             ((1e-3, 2.0), Box::new(move |s| vec![1.0 + s, slow]))

@@ -189,7 +189,11 @@ impl Laws {
             _ if self.varies() => friction(coast, step_s, |direction, speed| {
                 self.dry.level(direction, speed) + loaded + direction * self.drag * speed
             }),
-            _ => friction(coast, step_s, |direction, _| if direction > 0.0 { constant[0] } else { constant[1] }),
+            _ => friction(
+                coast,
+                step_s,
+                |direction, _| if direction > 0.0 { constant[0] } else { constant[1] },
+            ),
         }
     }
 
