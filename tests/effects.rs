@@ -240,7 +240,7 @@ fn ref_without_the_true_effect_the_answer_is_unknown() {
         "cogging period_m=0.012 sine_n=8 cosine_n=3 sine_2_n=2",
         "coulomb_friction force_n=10 & stribeck_friction peak_ratio=1.6 stribeck_velocity_m_per_s=0.01",
         "backlash width_m=2e-5",
-        "velocity_filter time_constant_s=2e-3",
+        "position_gain factor=1.1",
     ];
     for (seed, hidden) in hidden.iter().enumerate() {
         let (effect, keys) = settings(hidden);

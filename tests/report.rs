@@ -236,8 +236,9 @@ fn exact_comparison_tells_before_and_after() {
     holds(
         &reports,
         &[
-            "Changed since the reference: controller gains that are not those stated, velocity \
-             feedforward 0.979 → 0.004 (60 %), and Coulomb friction on the guide, 973 → 165 N (30 %), and",
+            "Changed since the reference: a position gain other than stated in the controller, 1.00 → 1.01 (10 %), and a \
+             velocity feed-forward other than stated in the controller, 0.979 → 0.004 (50 %), and Coulomb friction on the \
+             guide, 973 → 165 N (30 %), and",
             "(9.0 %), and a lead error that repeats along the axis in the structure, 20.0 mm (1.0 %), together 99.0 % of the \
              difference.",
             "WHAT CHANGED between the reference and the recording",
@@ -250,7 +251,10 @@ fn exact_comparison_tells_before_and_after() {
     );
     holds(
         &reports,
-        &["position_factor 1.00 1.01 ± 0.02 none", "velocity_feedforward 0.979 0.004 ± 0.010 gone"],
+        &[
+            "position_gain.factor 1.00 1.01 ± 0.02 none",
+            "velocity_feedforward.share 0.979 0.004 ± 0.010 gone",
+        ],
     );
     lacks(&reports, &["twin lacks"]);
 }
