@@ -19,7 +19,7 @@ pub enum Verdict {
     NoGap,
     /// One or several effects explain the gap.
     Cause,
-    /// Several explanations do equally well on the held-out runs, or a simpler law and one that generalises it both stand.
+    /// Several explanations do equally well on the held-out runs.
     Undecided,
     /// There is a gap that no effect of the catalogue explains.
     Unknown,
