@@ -24,9 +24,9 @@ pub struct Judged {
     pub case: usize,
     /// Its tier.
     pub tier: Tier,
-    /// The hidden effects, largest gap first.
+    /// The hidden effects, largest gap first; behind them the friction that one of them modifies.
     pub hidden: Vec<&'static str>,
-    /// Largest gap that a hidden effect makes.
+    /// Gap that the first of them makes.
     pub gap: f64,
     /// Signals that were not logged.
     pub missing: Vec<String>,
@@ -75,7 +75,9 @@ impl Judged {
     pub fn new(truth: &TrueCase, committed: &Committed) -> Self {
         let said = &committed.said;
         let mut hidden: Vec<&HiddenEffect> = truth.effects.iter().collect();
-        hidden.sort_by(|a, b| b.gap.total_cmp(&a.gap));
+        let is_modified =
+            |h: &HiddenEffect| truth.effects.iter().any(|other| other.effect.modifies().contains(&h.effect));
+        hidden.sort_by(|a, b| is_modified(a).cmp(&is_modified(b)).then(b.gap.total_cmp(&a.gap)));
         let count = hidden.len();
         let has_causes = !said.causes.is_empty();
         let is_null = truth.tier == Tier::Null;
