@@ -90,13 +90,20 @@ pub(super) fn with_interval(parameter: &Parameter) -> String {
     }
     let (size, symbol) = engineering_unit(estimate.abs().max(half), unit);
     let places = places(half / size);
-    let text = |number: f64| format!("{:.places$}", positive_zero(number / size, places));
+    let grain = grain(half / size);
+    let coarse = |number: f64| if grain > 1.0 { (number / grain).round() * grain } else { number };
+    let text = |number: f64| format!("{:.places$}", positive_zero(coarse(number / size), places));
     let number = text(*estimate);
     let symbol = if symbol.is_empty() { String::new() } else { format!(" {symbol}") };
     if (above - below).abs() > LOPSIDED * half * 2.0 {
         return format!("{number}{symbol} ({} to {})", text(*from), text(*to));
     }
     format!("{number} ± {}{symbol}", text(half))
+}
+
+/// To what a number with such a half interval is rounded, where that is thousands and more: its second digit.
+fn grain(half: f64) -> f64 {
+    if half < 1e3 { 1.0 } else { 10f64.powf(half.log10().floor() - 1.0) }
 }
 
 /// Digits that a sentence has room for.
@@ -266,6 +273,7 @@ mod tests {
             (15.0234, [15.0111, 15.0357], "N", "15.023 ± 0.012 N"),
             (2.5e-4, [2.4e-4, 2.6e-4], "s", "250 ± 10 µs"),
             (333.0, [321.0, 345.0], "N·s/m", "333 ± 12 N·s/m"),
+            (1_021_269.0, [787_970.0, 1_254_568.0], "N/m", "1020000 ± 230000 N/m"),
             (-0.001, [-0.5, 0.498], "kg", "-1 ± 499 g"),
             (15.0, [14.9, 15.4], "N", "15.0 N (14.9 to 15.4)"),
             (15.0, [f64::NEG_INFINITY, f64::INFINITY], "N", "15.0 N"),
