@@ -23,17 +23,15 @@ const FORCE_PER_VOLT: f64 = 35.150_651_88;
 const PUBLISHED_FORCE_RESIDUAL_N: f64 = 3.17;
 
 /// What a log of effort and position shows of such an axis; the whole catalogue gives the same and takes minutes.
-const CATALOGUE: [EffectId; 10] = [
+const CATALOGUE: [EffectId; 8] = [
     EffectId::PositionGain,
     EffectId::VelocityGain,
     EffectId::ForceConstant,
-    EffectId::Cogging,
     EffectId::ViscousFriction,
     EffectId::CoulombFriction,
     EffectId::AsymmetricFriction,
     EffectId::Presliding,
     EffectId::ConstantForce,
-    EffectId::Payload,
 ];
 
 fn diagnosis(machine: &str) -> Diagnosis {
