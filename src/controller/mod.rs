@@ -111,7 +111,7 @@ impl Controller {
 
     /// The law with the gains of position loop, velocity loop (the proportional register) and integral multiplied.
     #[must_use]
-    pub fn with_gains(&self, position: f64, velocity: f64, integral: f64) -> Self {
+    pub fn with_gains(&self, [position, velocity, integral]: [f64; 3]) -> Self {
         let mut scaled = self.clone();
         match &mut scaled {
             Self::Pdf(law) => {

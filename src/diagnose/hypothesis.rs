@@ -53,12 +53,9 @@ pub struct Hypothesis {
     pub starts: Vec<Vec<f64>>,
 }
 
-/// Whether every feature of a set has something to modify, in the set or in the machine's file (heredity).
-pub fn is_hereditary(machine: &Machine, effects: &EffectSet) -> bool {
-    let stands = |effect: &EffectId| {
-        machine.description().has_modified(*effect) || effect.modifies().iter().any(|of| effects.contains(of))
-    };
-    effects.iter().all(stands)
+/// Whether an effect beside a set has something to modify, in the set or in the machine's file, or is no feature.
+pub fn has_modified(machine: &Machine, effect: EffectId, beside: &EffectSet) -> bool {
+    effect.has_modified(|of| beside.contains(&of) || machine.description().has(of))
 }
 
 /// Starting sets of a hypothesis at most.

@@ -5,7 +5,7 @@ use super::experiment::Experiment;
 use super::fit::{Care, Fit, Sensitivities, fit};
 use super::floors::Floors;
 use super::found::{Base, Candidate, Found, posterior};
-use super::hypothesis::{EffectSet, Hypothesis, is_hereditary};
+use super::hypothesis::{EffectSet, Hypothesis, has_modified};
 use super::motion;
 use super::proposals::Proposals;
 use crate::effect::EffectId;
@@ -32,7 +32,7 @@ pub struct Search<'a> {
     pub progress: &'a (dyn Fn(&str) + Sync),
 }
 
-/// More effects than this are not named at once.
+/// More effects than this are not named at once: friction with its features is four.
 const MOST_EFFECTS: usize = 6;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
@@ -197,9 +197,8 @@ impl Search<'_> {
     fn larger(&self, set: &EffectSet) -> Vec<EffectSet> {
         let with = |effect: &EffectId| {
             let plus = |more: &[EffectId]| -> EffectSet { set.iter().chain(more).copied().collect() };
-            let alone = plus(&[*effect]);
-            if is_hereditary(self.machine, &alone) {
-                return Some(alone);
+            if has_modified(self.machine, *effect, set) {
+                return Some(plus(&[*effect]));
             }
             let modified = effect.modifies().iter().find(|of| self.catalogue.contains(of))?;
             Some(plus(&[*effect, *modified]))
@@ -231,11 +230,7 @@ impl Search<'_> {
     fn subsets(&self, set: &EffectSet) -> Vec<EffectSet> {
         let without = |left: &EffectId| -> EffectSet {
             let rest: EffectSet = set.iter().filter(|e| *e != left).copied().collect();
-            let stands = |effect: &&EffectId| {
-                self.machine.description().has_modified(**effect)
-                    || effect.modifies().iter().any(|of| rest.contains(of))
-            };
-            rest.iter().filter(stands).copied().collect()
+            rest.iter().copied().filter(|effect| has_modified(self.machine, *effect, &rest)).collect()
         };
         let mut sets: Vec<EffectSet> = set.iter().map(without).collect();
         sets.dedup();

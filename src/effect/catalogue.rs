@@ -35,6 +35,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::MODIFIES,)+ }
             }
 
+            /// Whether one of the effects that a feature modifies is there, or the effect is no feature (heredity).
+            pub fn has_modified(self, is_there: impl Fn(EffectId) -> bool) -> bool {
+                self.modifies().is_empty() || self.modifies().iter().any(|of| is_there(*of))
+            }
+
             /// See [`Law::GROUP`].
             pub fn group(self) -> Option<&'static str> {
                 match self { $(Self::$law => <$law as Law>::GROUP,)+ }

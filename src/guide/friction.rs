@@ -67,9 +67,14 @@ impl DryFriction {
         }
     }
 
+    /// b·c in N·s/m or N·m·s/rad, of the mean coefficient `viscous`: drag that the positive direction has more than the mean.
+    pub fn drag(&self, viscous: f64) -> f64 {
+        self.viscous_asymmetry * viscous
+    }
+
     /// Level and drag by which the directions differ, in N or N·m: what the guide opposes to motion in a direction (±1) at a
     /// speed beside its mean drag of `viscous`, without the part of the load.
     pub fn resistance(&self, direction: f64, speed: f64, viscous: f64) -> f64 {
-        self.level(direction, speed) + direction * self.viscous_asymmetry * viscous * speed
+        self.level(direction, speed) + direction * self.drag(viscous) * speed
     }
 }

@@ -128,7 +128,7 @@ impl Description {
         }
         match EffectId::ALL
             .iter()
-            .find(|effect| self.effect.contains(**effect) && !self.has_modified(**effect))
+            .find(|effect| self.effect.contains(**effect) && !effect.has_modified(|of| self.has(of)))
         {
             None => Ok(()),
             Some(orphan) => {
@@ -142,13 +142,14 @@ impl Description {
         }
     }
 
-    /// Whether the file states one of the effects that a feature modifies, or the effect is none.
-    pub fn has_modified(&self, effect: EffectId) -> bool {
-        let is_stated = |of: &EffectId| {
-            self.effect.contains(*of)
-                || (*of == EffectId::ViscousFriction && self.guide.viscous_n_s_per_m > 0.0)
-        };
-        effect.modifies().is_empty() || effect.modifies().iter().any(is_stated)
+    /// Whether the guide has what an effect states by its own number: its drag.
+    pub fn guide_has(&self, effect: EffectId) -> bool {
+        effect == EffectId::ViscousFriction && self.guide.viscous_n_s_per_m > 0.0
+    }
+
+    /// Whether the file states an effect, or has it in its guide.
+    pub fn has(&self, effect: EffectId) -> bool {
+        self.effect.contains(effect) || self.guide_has(effect)
     }
 
     fn check_controller(&self) -> Result<()> {

@@ -92,13 +92,11 @@ impl Machine {
         let mut table = (*self.table).clone();
         if let Some(toml::Value::Table(effects)) = table.get_mut("effect") {
             effects.remove(id.name());
-            let has_drag = self.description.guide.viscous_n_s_per_m > 0.0;
-            let left = |of: &EffectId, effects: &toml::Table| {
-                effects.contains_key(of.name()) || (*of == EffectId::ViscousFriction && has_drag)
-            };
-            for feature in EffectId::ALL.iter().filter(|effect| !effect.modifies().is_empty()) {
-                if !feature.modifies().iter().any(|of| left(of, effects)) {
-                    effects.remove(feature.name());
+            for effect in EffectId::ALL {
+                let is_left =
+                    |of: EffectId| effects.contains_key(of.name()) || self.description.guide_has(of);
+                if !effect.has_modified(is_left) {
+                    effects.remove(effect.name());
                 }
             }
         }

@@ -6,7 +6,6 @@ use crate::error::Result;
 use crate::guide::{Bristle, Coast, DryFriction, StepForce};
 use crate::machine::Machine;
 use crate::plant::{Drive, Load, Plant};
-use crate::units::Motion;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -107,7 +106,7 @@ impl ForgedLaws {
         }
         let laws = Self {
             bristle: (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle { stiffness, damping }),
-            drag: dry.viscous_asymmetry * constants.viscous,
+            drag: dry.drag(constants.viscous),
             dry,
             loaded,
             cogging,
@@ -115,14 +114,6 @@ impl ForgedLaws {
         };
         Ok((walked, laws))
     }
-}
-
-/// The setting of the guide's viscous coefficient, under the key that the machine's file uses.
-pub(super) fn viscous(machine: &Machine, value: f64) -> (&'static str, toml::Value) {
-    let keys = ["guide.viscous_n_s_per_m", "guide.viscous_nm_s_per_rad"];
-    let own = if machine.motion() == Motion::Prismatic { keys[0] } else { keys[1] };
-    let key = keys.into_iter().find(|key| machine.number(key).is_some()).unwrap_or(own);
-    (key, toml::Value::Float(value))
 }
 
 /// A plant with the laws of a forged machine around it.

@@ -1,6 +1,5 @@
 //! Nominal parameters that are a little off, inside their tolerances, as on every real machine.
 
-use super::laws::viscous;
 use crate::drive::motor::Motor;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -118,4 +117,12 @@ pub(super) fn payload(machine: &Machine, more: f64) -> (String, f64) {
     let stated = [prismatic, revolute].into_iter().find_map(|key| machine.number(key).map(|n| (key, n)));
     let (key, before) = stated.unwrap_or((own, 0.0));
     (key.to_owned(), before + more)
+}
+
+/// The setting of the guide's viscous coefficient, under the key that the machine's file uses.
+fn viscous(machine: &Machine, value: f64) -> (&'static str, toml::Value) {
+    let keys = ["guide.viscous_n_s_per_m", "guide.viscous_nm_s_per_rad"];
+    let own = if machine.motion() == Motion::Prismatic { keys[0] } else { keys[1] };
+    let key = keys.into_iter().find(|key| machine.number(key).is_some()).unwrap_or(own);
+    (key, toml::Value::Float(value))
 }

@@ -45,7 +45,7 @@ impl Laws {
         Self {
             dry,
             constant: [1.0, -1.0].map(|direction| dry.level(direction, 0.0)),
-            drag: dry.viscous_asymmetry * constants.viscous,
+            drag: dry.drag(constants.viscous),
             pushes: through(Door::Push),
             ripples: through(Door::Ripple),
             transmissions: through(Door::Transmission),

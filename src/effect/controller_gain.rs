@@ -1,0 +1,93 @@
+//! Gains of the controller that are not those stated, each an effect of its own.
+
+use super::law::{negative, not_positive};
+use super::{Constants, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// The group of effects that are gains of the controller.
+pub const CONTROLLER_GAIN: &str = "controller_gain";
+
+/// One gain of the controller: its name and what it is, phrase, factors of position, velocity and integral gain with f in the
+/// place of its own, the fault of f, its range.
+macro_rules! gain {
+    ($name:ident, $what:literal, $phrase:literal, |$f:ident| $factors:expr, $fault:ident, $range:expr) => {
+        #[doc = $what]
+        ///
+        /// # Model
+        /// The gain is its stated value times a factor. Where it is an integer register n, the register in force is the
+        /// integer nearest to n times the factor.
+        ///
+        /// # Validity
+        /// The law itself is the one stated, and states this gain other than zero.
+        ///
+        /// # Source
+        /// [`Controller`](crate::controller::Controller).
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            /// Factor of the stated gain.
+            pub factor: f64,
+        }
+
+        impl Law for $name {
+            const SITE: Site = Site::Controller;
+            const PHRASE: &'static str = $phrase;
+            const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
+            const GROUP: Option<&'static str> = Some(CONTROLLER_GAIN);
+
+            fn applies(constants: &Constants) -> bool {
+                let $f = 2.0;
+                constants.controller.as_ref().is_some_and(|law| law.with_gains($factors) != *law)
+            }
+
+            fn fault(&self) -> Option<String> {
+                $fault("factor", self.factor)
+            }
+
+            fn alter(&self, constants: &mut Constants) {
+                let $f = self.factor;
+                if let Some(law) = &mut constants.controller {
+                    *law = law.with_gains($factors);
+                }
+            }
+
+            fn neutral(_constants: &Constants) -> Vec<f64> {
+                vec![1.0]
+            }
+
+            fn start(_screen: &Screen) -> Vec<Vec<f64>> {
+                vec![vec![1.0]]
+            }
+
+            fn range(_screen: &Screen) -> Vec<(f64, f64)> {
+                vec![$range]
+            }
+        }
+    };
+}
+
+gain!(
+    PositionGain,
+    "Gain of the position loop, retuned after the machine file was written; its factor is more than zero.",
+    "a position gain other than stated",
+    |f| [f, 1.0, 1.0],
+    not_positive,
+    (0.05, 20.0)
+);
+gain!(
+    VelocityGain,
+    "Gain of the velocity loop (proportional, or derivative), retuned after the machine file was written; its factor is more \
+     than zero.",
+    "a velocity gain other than stated",
+    |f| [1.0, f, 1.0],
+    not_positive,
+    (0.05, 20.0)
+);
+gain!(
+    IntegralGain,
+    "Integral gain, retuned after the machine file was written; its factor is zero where the integral part is switched off.",
+    "an integral gain other than stated",
+    |f| [1.0, 1.0, f],
+    negative,
+    (0.0, 20.0)
+);
