@@ -383,7 +383,7 @@ fn strokes() -> Strokes {
 fn exact_forging_adds_nothing_where_nothing_is_hidden() {
     let machine = machine();
     let reference = strokes().reference(&machine);
-    let forged = sketch(&machine, &OTHERWISE, &reference).unwrap();
+    let forged = sketch(&machine, &OTHERWISE, &reference, 0.0).unwrap();
     let plant = Axis::new(&machine.constants(), SKETCH_STEP_S);
     let mut twin = Twin::new(&machine, plant, Sensing::Perfect);
     let period_s = machine.description().sample_period_s;
@@ -398,8 +398,8 @@ fn exact_stiff_bristles_are_coulomb_friction() {
     let machine = machine();
     let real = machine.with_settings([("effect.coulomb_friction.force_n", 15.0.into())]).unwrap();
     let reference = strokes().reference(&machine);
-    let forged = sketch(&real, &OTHERWISE, &reference).unwrap();
-    let plain = sketch(&machine, &OTHERWISE, &reference).unwrap();
+    let forged = sketch(&real, &OTHERWISE, &reference, 0.0).unwrap();
+    let plain = sketch(&machine, &OTHERWISE, &reference, 0.0).unwrap();
     let mut twin = Twin::new(&real, Axis::new(&real.constants(), SKETCH_STEP_S), Sensing::Perfect);
     let period_s = machine.description().sample_period_s;
     walk(&mut twin, follow(&vec![0.0; 4000], period_s), |_| ());

@@ -143,6 +143,8 @@ struct Plan {
     role: Option<Role>,
     motion: Motion,
     reference: Vec<f64>,
+    /// When it begins within the session, in s.
+    begins_s: f64,
 }
 
 /// Below any encoder's step, to a tenth of a stroke.
@@ -223,6 +225,11 @@ impl Replay {
                 plans.push(self.plan(machine, cell, repeat)?);
             }
         }
+        let mut now_s = 0.0;
+        for plan in &mut plans {
+            plan.begins_s = now_s;
+            now_s += plan.reference.len() as f64 * machine.description().sample_period_s;
+        }
         Ok(plans)
     }
 
@@ -244,6 +251,7 @@ impl Replay {
             role: (!self.held_out.is_empty()).then_some(role),
             reference: planned_reference(machine, &motion)?,
             motion,
+            begins_s: 0.0,
         })
     }
 
@@ -254,7 +262,7 @@ impl Replay {
         plan: &Plan,
         progress: &ProgressBar,
     ) -> Result<(Run, Figures), Error> {
-        let commands = Commands::follow(simulated, &plan.reference)?;
+        let commands = Commands::follow(simulated, &plan.reference)?.beginning(plan.begins_s);
         let traces = self.told(simulated, &plan.name, &commands, progress)?;
         let figures = Figures::of(&plan.motion, stated.description().sample_period_s, &traces);
         let mut run =

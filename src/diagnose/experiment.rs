@@ -1,6 +1,6 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
-use super::measured;
+use super::{measured, phase};
 use super::run_setting::RunSettings;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
@@ -192,12 +192,30 @@ impl Experiment {
         self.run.len()
     }
 
-    /// The machine, stated or fitted, as it was set in this run: known numbers of effects on top of fitted ones.
+    /// The machine, stated or fitted, as it was set in this run: known numbers of effects on top of fitted ones, and a
+    /// vibration with the phase that suits the run ([`phase`](super::phase)).
     ///
     /// # Errors
     /// A setting of the run that the machine does not have.
     pub fn machine(&self, machine: &Machine) -> Result<Machine> {
-        self.settings.machine(machine)
+        Ok(self.machines(std::slice::from_ref(machine))?.remove(0))
+    }
+
+    fn machines(&self, machines: &[Machine]) -> Result<Vec<Machine>> {
+        let set: Vec<Machine> = machines.iter().map(|m| self.settings.machine(m)).collect::<Result<_>>()?;
+        phase::suited(&self.run, &self.signals, set, |machines| self.replay_together(machines))
+    }
+
+    /// Replays of machines as they were set in this run.
+    fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
+        match &self.mode {
+            Mode::ClosedLoop => {
+                let mut all = self.recorded.replay_together(machines);
+                all.iter_mut().for_each(|traces| self.share_zero(traces));
+                all
+            }
+            Mode::Windows(windowed) => windowed.replay_together(machines),
+        }
     }
 
     /// What the machine's twin predicts for this run, on the axis plant.
@@ -222,15 +240,7 @@ impl Experiment {
     /// # Errors
     /// A setting of the run that one of the machines does not have.
     pub fn predict_together(&self, machines: &[Machine]) -> Result<Vec<Traces>> {
-        let machines: Vec<Machine> = machines.iter().map(|m| self.machine(m)).collect::<Result<_>>()?;
-        Ok(match &self.mode {
-            Mode::ClosedLoop => {
-                let mut all = self.recorded.replay_together(&machines);
-                all.iter_mut().for_each(|traces| self.share_zero(traces));
-                all
-            }
-            Mode::Windows(windowed) => windowed.replay_together(&machines),
-        })
+        Ok(self.replay_together(&self.machines(machines)?))
     }
 
     /// Of two position sensors in a closed loop, the one that does not close the position loop. Its mean over a run means

@@ -22,6 +22,7 @@ pub mod motion;
 pub mod next_experiment;
 pub mod noise;
 pub mod objective;
+mod phase;
 pub mod proposals;
 pub mod prove;
 mod run_setting;

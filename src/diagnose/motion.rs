@@ -91,8 +91,10 @@ impl Motion {
                     .iter()
                     .map(|effect| effect.push(x, v) + if ripple { force * effect.ripple(x) } else { 0.0 })
                     .sum();
-                let own = pushed
-                    - v.signum() * constants.friction.resistance(v.signum(), v.abs(), constants.viscous);
+                let time_s = run.begins_s + run.time_s(k);
+                let shaken: f64 = effects.iter().map(|effect| effect.shake(time_s)).sum();
+                let resistance = constants.friction.resistance_at(v, constants.viscous, x, time_s);
+                let own = pushed + shaken - v.signum() * resistance;
                 let weight = weight.map_or(0.0, |weight| weight.effort(x));
                 let driving = force + own + weight - constants.viscous * v;
                 constants.moving_mass * acceleration[k] + base.force(driving) - driving
@@ -128,7 +130,7 @@ fn drive_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64
     let run = experiment.run();
     match (&constants.circuit, run.signal(Signal::Current), run.signal(Signal::ControlEffort)) {
         (Circuit::Winding { force_constant, .. }, Some(current), _) => {
-            Some(current.iter().map(|i| i * force_constant).collect())
+            Some(current.iter().map(|i| i / constants.log_scale.current * force_constant).collect())
         }
         (Circuit::Direct { force_per_volt }, _, Some(effort)) => {
             let applied = applied_v(experiment, constants, effort);
@@ -136,7 +138,8 @@ fn drive_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64
         }
         (circuit, _, Some(effort)) => {
             let step = CircuitStep::new(circuit, run.sample_period_s());
-            let mut current = experiment.recorded().start().current_a(constants);
+            let start = experiment.recorded().start().unscaled(constants.log_scale);
+            let mut current = start.current_a(constants);
             let force = |u: &f64| {
                 let now = current;
                 step.advance(&mut current, *u, 0.0);
@@ -152,7 +155,8 @@ fn drive_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64
 fn applied_v(experiment: &Experiment, constants: &Constants, effort: &[f64]) -> Vec<f64> {
     let supply = experiment.run().signal(Signal::SupplyVoltage);
     let gain = |k: usize| constants.amplifier.gain_under(supply.map(|supply| supply[k]));
-    let commanded = experiment.recorded().commanded_v(effort);
+    let effort: Vec<f64> = effort.iter().map(|u| u / constants.log_scale.effort).collect();
+    let commanded = experiment.recorded().commanded_v(&effort);
     commanded.iter().enumerate().map(|(k, u)| gain(k) * u).collect()
 }
 
@@ -240,6 +244,8 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         let motion = Motion::of(experiment, machine)?;
         let run = experiment.run();
         let thin = |samples: &[f64]| samples.iter().step_by(every).copied().collect::<Vec<f64>>();
+        let clock_s: Vec<f64> = (0..run.len()).map(|k| run.begins_s + run.time_s(k)).collect();
+        screen.clock_s.extend(thin(&clock_s));
         screen.position.extend(thin(&motion.position));
         screen.velocity.extend(thin(&motion.velocity));
         screen.acceleration.extend(thin(&motion.acceleration));

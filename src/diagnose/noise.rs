@@ -1,11 +1,13 @@
 //! The noise floor: how much of each signal not even a perfect twin could predict.
 
+mod dwell;
+mod vibration;
+
 use super::experiment::{Experiment, trace};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::Traces;
-use crate::replay::recorded::is_steady;
 use crate::twin::Sensing;
 use rayon::prelude::*;
 use serde::Serialize;
@@ -62,7 +64,7 @@ impl Floor {
     /// Whatever a replay refuses.
     pub fn estimate(machine: &Machine, experiments: &[&Experiment]) -> Result<Self> {
         let repeats = repeats(experiments);
-        let dwell = dwell(experiments);
+        let dwell = dwell::scatters(experiments);
         let declared = Declared::of(machine, experiments)?;
         let mut levels = BTreeMap::new();
         let mut is_measured = true;
@@ -213,9 +215,11 @@ fn size(experiments: &[&Experiment], signal: Signal) -> f64 {
 fn repeats(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
     let mut sums: BTreeMap<Signal, (f64, usize)> = BTreeMap::new();
     for (a, b) in repeated(experiments) {
+        let shaken = [vibration::frequencies(a), vibration::frequencies(b)].concat();
         for &signal in a.signals() {
             let (Some(x), Some(y)) = (a.run().signal(signal), b.run().signal(signal)) else { continue };
             let differences: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();
+            let differences = vibration::without(&differences, &shaken, a.run().sample_period_s());
             let sum = sums.entry(signal).or_insert((0.0, 0));
             sum.0 += squares(&differences, a.second_sensor() == Some(signal));
             sum.1 += 2 * x.len();
@@ -259,68 +263,6 @@ fn repeated<'a>(experiments: &[&'a Experiment]) -> Vec<(&'a Experiment, &'a Expe
     };
     let from = |k: usize| experiments[k + 1..].iter().map(move |b| (experiments[k], *b));
     (0..experiments.len()).flat_map(from).filter(|(a, b)| same(a, b)).collect()
-}
-
-/// Scatter at standstill is taken over windows of this length, in s.
-const STANDSTILL_S: f64 = 0.1;
-/// After the reference has stopped, the axis settles for so long, in s.
-const SETTLING_S: f64 = 0.4;
-
-/// σ from standstill: the median, over windows of [`STANDSTILL_S`], of the scatter about each window's straight
-/// line, windows in which the axis still settles left out.
-fn dwell(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
-    let mut windows: BTreeMap<Signal, Vec<f64>> = BTreeMap::new();
-    for experiment in experiments {
-        let period = experiment.run().sample_period_s();
-        let (settle, width) = ((SETTLING_S / period) as usize, ((STANDSTILL_S / period) as usize).max(8));
-        for (from, to) in standstills(experiment) {
-            let from = if from == 0 { 0 } else { from + settle };
-            for &signal in experiment.signals() {
-                let Some(samples) = experiment.run().signal(signal) else { continue };
-                let still = samples.get(from..to).unwrap_or_default();
-                let steady = still.chunks_exact(width).filter(|window| is_steady(window));
-                let scatters = steady.map(|w| scatter(w) / (w.len() - 2) as f64);
-                windows.entry(signal).or_default().extend(scatters);
-            }
-        }
-    }
-    let median = |mut list: Vec<f64>| {
-        let middle = list.len() / 2;
-        (!list.is_empty()).then(|| list.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt())
-    };
-    windows.into_iter().filter_map(|(signal, list)| Some((signal, median(list)?))).collect()
-}
-
-/// Stretches of samples in which the reference does not move.
-fn standstills(experiment: &Experiment) -> Vec<(usize, usize)> {
-    let commands = experiment.recorded().commands();
-    let mut stretches = Vec::new();
-    let mut from = 0;
-    for k in 1..=commands.len() {
-        let moves =
-            k == commands.len() || commands[k].position_reference != commands[k - 1].position_reference;
-        if moves {
-            if k - from > 1 {
-                stretches.push((from, k));
-            }
-            from = k;
-        }
-    }
-    stretches
-}
-
-/// Sum of squares about the least-squares line.
-fn scatter(samples: &[f64]) -> f64 {
-    let count = samples.len() as f64;
-    let mean = samples.iter().sum::<f64>() / count;
-    let middle = 0.5 * (count - 1.0);
-    let (mut cross, mut spread) = (0.0, 0.0);
-    for (k, sample) in samples.iter().enumerate() {
-        cross += (k as f64 - middle) * (sample - mean);
-        spread += (k as f64 - middle).powi(2);
-    }
-    let slope = cross / spread;
-    samples.iter().enumerate().map(|(k, y)| (y - mean - slope * (k as f64 - middle)).powi(2)).sum()
 }
 
 /// Draws of the declared noise; with the window below, σ(t) is known within some 10 %.

@@ -201,7 +201,7 @@ impl Search<'_> {
                 return Some(plus(&[*effect]));
             }
             let modified = effect.modifies().iter().find(|of| self.catalogue.contains(of))?;
-            Some(plus(&[*effect, *modified]))
+            (!effect.follows()).then(|| plus(&[*effect, *modified]))
         };
         self.catalogue.iter().filter(|effect| !set.contains(effect)).filter_map(with).collect()
     }
@@ -229,8 +229,14 @@ impl Search<'_> {
     /// The set without each of its members, and without the features that then have nothing to modify.
     fn subsets(&self, set: &EffectSet) -> Vec<EffectSet> {
         let without = |left: &EffectId| -> EffectSet {
-            let rest: EffectSet = set.iter().filter(|e| *e != left).copied().collect();
-            rest.iter().copied().filter(|effect| has_modified(self.machine, *effect, &rest)).collect()
+            let mut rest: EffectSet = set.iter().filter(|e| *e != left).copied().collect();
+            // A feature may modify another: each in its turn, in the catalogue's order.
+            for effect in set {
+                if !has_modified(self.machine, *effect, &rest) {
+                    rest.remove(effect);
+                }
+            }
+            rest
         };
         let mut sets: Vec<EffectSet> = set.iter().map(without).collect();
         sets.dedup();

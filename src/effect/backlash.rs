@@ -11,11 +11,12 @@ use serde::{Deserialize, Serialize};
 /// ```text
 ///   x stays while |q − x| < b/2, else x = q ∓ b/2
 /// ```
-/// It begins in the middle of the gap.
+/// It begins in the middle of the gap. Where the play drags (grease, a seal, a preloaded ball), the load is carried along by a
+/// share κ of the motor's travel while the gap is crossed: `dx = κ·dq` inside it.
 ///
 /// # Validity
 /// The load is held by its own friction while the gap is crossed, and its inertia is small against the motor's: reversal
-/// error as ISO 230-2 measures it, not rattling.
+/// error as ISO 230-2 measures it, not rattling. κ is looked for where both ends of the drive train have their own sensor.
 ///
 /// # Source
 /// ISO 230-2; play operator, Krasnosel'skii, Pokrovskii (1989).
@@ -25,12 +26,16 @@ pub struct Backlash {
     /// b in m, or rad for a revolute axis; not negative.
     #[serde(alias = "width_rad")]
     pub width_m: f64,
+    /// κ, from 0 (the load stays) to 1 (it follows as if there were no play).
+    #[serde(default)]
+    pub carried_share: f64,
 }
 
 impl Law for Backlash {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "lost motion between motor and load";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::length("width_m", "width_rad")];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::length("width_m", "width_rad"), Parameter::same("carried_share", "1").within(0.0, 1.0)];
     const DOORS: &'static [Door] = &[Door::Transmission];
 
     fn applies(constants: &Constants) -> bool {
@@ -38,7 +43,11 @@ impl Law for Backlash {
     }
 
     fn fault(&self) -> Option<String> {
-        negative("width_m", self.width_m)
+        let share = self.carried_share;
+        negative("width_m", self.width_m).or_else(|| {
+            let outside = !(0.0..=1.0).contains(&share);
+            outside.then(|| format!("carried_share = {share}, expected 0 to 1"))
+        })
     }
 
     #[inline]
@@ -46,18 +55,25 @@ impl Law for Backlash {
         [rear - 0.5 * self.width_m, front + 0.5 * self.width_m]
     }
 
+    #[inline]
+    fn carried(&self) -> f64 {
+        self.carried_share
+    }
+
     fn neutral(_constants: &Constants) -> Vec<f64> {
-        vec![0.0]
+        vec![0.0, 0.0]
     }
 
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         if let Some(gap) = screen.lost_motion() {
-            return vec![vec![gap.max(1e-6 * screen.travel())]];
+            return vec![vec![gap.max(1e-6 * screen.travel()), 0.0]];
         }
-        [1e-4, 1e-3, 5e-3, 0.03].iter().map(|share| vec![share * screen.travel()]).collect()
+        [1e-4, 1e-3, 5e-3, 0.03].iter().map(|share| vec![share * screen.travel(), 0.0]).collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.0, 0.3 * screen.travel())]
+        // One sensor alone does not tell a play that drags from bristles.
+        let sees_both_ends = screen.constants.as_ref().is_some_and(|c| c.sees_both_ends);
+        vec![(0.0, 0.3 * screen.travel()), (0.0, if sees_both_ends { 1.0 } else { 0.0 })]
     }
 }

@@ -35,6 +35,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::MODIFIES,)+ }
             }
 
+            /// See [`Law::FOLLOWS`].
+            pub fn follows(self) -> bool {
+                match self { $(Self::$law => <$law as Law>::FOLLOWS,)+ }
+            }
+
             /// Whether one of the effects that a feature modifies is there, or the effect is no feature (heredity).
             pub fn has_modified(self, is_there: impl Fn(EffectId) -> bool) -> bool {
                 self.modifies().is_empty() || self.modifies().iter().any(|of| is_there(*of))
@@ -109,6 +114,12 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.push(position, velocity),)+ }
             }
 
+            /// See [`Law::shake`].
+            #[inline]
+            pub fn shake(&self, time_s: f64) -> f64 {
+                match self { $(Self::$law(law) => law.shake(time_s),)+ }
+            }
+
             /// See [`Law::ripple`].
             #[inline]
             pub fn ripple(&self, position: f64) -> f64 {
@@ -119,6 +130,11 @@ macro_rules! catalogue {
             #[inline]
             pub fn stops(&self, stops: [f64; 2]) -> [f64; 2] {
                 match self { $(Self::$law(law) => law.stops(stops),)+ }
+            }
+
+            /// See [`Law::carried`].
+            pub fn carried(&self) -> f64 {
+                match self { $(Self::$law(law) => law.carried(),)+ }
             }
 
             /// See [`Law::read`].

@@ -5,7 +5,7 @@ use crate::controller::Controller;
 use crate::drive::amplifier::Amplifier;
 use crate::drive::motor::Circuit;
 use crate::guide::DryFriction;
-use crate::sensor::VelocityEstimate;
+use crate::sensor::{LogScale, VelocityEstimate};
 
 /// The numbers of the twin, along the driven joint.
 ///
@@ -42,6 +42,8 @@ pub struct Constants {
     pub reading_step: f64,
     /// Stated step of the encoder in m or rad; 0: none.
     pub encoder_step: f64,
+    /// Scale of the logged current and effort.
+    pub log_scale: LogScale,
     /// How velocity is estimated from encoder readings.
     pub velocity: VelocityEstimate,
     /// Sample period in s.

@@ -128,6 +128,8 @@ impl Parameter {
 pub enum Door {
     /// [`Law::push`].
     Push,
+    /// [`Law::shake`].
+    Shake,
     /// [`Law::ripple`].
     Ripple,
     /// [`Law::stops`].
@@ -153,6 +155,8 @@ pub trait Law: Sized {
     /// Of a feature of friction: the effects of which it modifies one or several. Without any of them it does nothing, and is
     /// neither stated nor looked for.
     const MODIFIES: &'static [EffectId] = &[];
+    /// Of a feature: whether it is looked for only beside what it modifies, once that has been found.
+    const FOLLOWS: bool = false;
     /// The group that it belongs to, where several effects are numbers of one thing.
     const GROUP: Option<&'static str> = None;
     /// How much rarer than others it is, as the logarithm of odds: what decides where data cannot, because the law
@@ -185,6 +189,11 @@ pub trait Law: Sized {
         0.0
     }
 
+    /// Force on the moving part as a function of the session's time in s.
+    fn shake(&self, _time_s: f64) -> f64 {
+        0.0
+    }
+
     /// Relative change of the motor's force at a position.
     fn ripple(&self, _position: f64) -> f64 {
         0.0
@@ -194,6 +203,11 @@ pub trait Law: Sized {
     /// the load forward, the front one backward. Without play they are one place.
     fn stops(&self, stops: [f64; 2]) -> [f64; 2] {
         stops
+    }
+
+    /// Share of the motor's travel by which the load is carried along between the stops.
+    fn carried(&self) -> f64 {
+        0.0
     }
 
     /// What the encoder reads at a position.

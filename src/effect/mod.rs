@@ -25,16 +25,21 @@ pub mod constant_force;
 pub mod constants;
 pub mod controller_gain;
 pub mod coulomb_friction;
+pub mod current_loop;
 pub mod dead_zone;
 pub mod encoder_periodic_error;
 pub mod encoder_resolution;
 pub mod encoder_scale;
+pub mod external_vibration;
 pub mod flexible_mode;
 pub mod force_constant;
 pub mod force_ripple;
+pub mod friction_drift;
+pub mod further_pitch;
 mod harmonics;
 pub mod law;
 pub mod load_dependent_friction;
+pub mod local_friction;
 pub mod loop_delay;
 pub mod payload;
 pub mod periodogram;
@@ -43,6 +48,8 @@ mod reading_error;
 mod resonance;
 pub mod screening;
 pub mod screw_error;
+pub mod sensor_scale;
+mod spectrum;
 pub mod stribeck_friction;
 pub mod velocity_feedforward;
 pub mod velocity_filter;
@@ -62,20 +69,26 @@ pub use constant_force::ConstantForce;
 pub use constants::Constants;
 pub use controller_gain::{CONTROLLER_GAIN, IntegralGain, PositionGain, VelocityGain};
 pub use coulomb_friction::CoulombFriction;
+pub use current_loop::CurrentLoop;
 pub use dead_zone::DeadZone;
 pub use encoder_periodic_error::EncoderPeriodicError;
 pub use encoder_resolution::EncoderResolution;
 pub use encoder_scale::EncoderScale;
+pub use external_vibration::ExternalVibration;
 pub use flexible_mode::FlexibleMode;
 pub use force_constant::ForceConstant;
 pub use force_ripple::ForceRipple;
+pub use friction_drift::FrictionDrift;
+pub use further_pitch::{SecondCogging, SecondForceRipple, ThirdCogging};
 pub use law::{Door, Law, Parameter, Site};
 pub use load_dependent_friction::LoadDependentFriction;
+pub use local_friction::LocalFriction;
 pub use loop_delay::LoopDelay;
 pub use payload::Payload;
 pub use presliding::Presliding;
 pub use screening::Screen;
 pub use screw_error::ScrewError;
+pub use sensor_scale::SensorScale;
 pub use stribeck_friction::StribeckFriction;
 pub use velocity_feedforward::VelocityFeedforward;
 pub use velocity_filter::VelocityFilter;
@@ -93,25 +106,33 @@ catalogue::catalogue! {
     voltage_saturation: VoltageSaturation,
     dead_zone: DeadZone,
     amplifier_offset: AmplifierOffset,
+    current_loop: CurrentLoop,
     winding_resistance: WindingResistance,
     winding_inductance: WindingInductance,
     back_emf: BackEmf,
     force_constant: ForceConstant,
     force_ripple: ForceRipple,
+    second_force_ripple: SecondForceRipple,
     cogging: Cogging,
+    second_cogging: SecondCogging,
+    third_cogging: ThirdCogging,
     viscous_friction: ViscousFriction,
     coulomb_friction: CoulombFriction,
     asymmetric_friction: AsymmetricFriction,
     stribeck_friction: StribeckFriction,
     presliding: Presliding,
     load_dependent_friction: LoadDependentFriction,
+    local_friction: LocalFriction,
+    friction_drift: FrictionDrift,
     constant_force: ConstantForce,
     cable_spring: CableSpring,
+    external_vibration: ExternalVibration,
     payload: Payload,
     base_mode_shift: BaseModeShift,
     flexible_mode: FlexibleMode,
     backlash: Backlash,
     screw_error: ScrewError,
+    sensor_scale: SensorScale,
     encoder_scale: EncoderScale,
     encoder_periodic_error: EncoderPeriodicError,
     encoder_resolution: EncoderResolution,

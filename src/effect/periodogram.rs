@@ -163,7 +163,7 @@ fn cruising(screen: &Screen, count: usize) -> Vec<usize> {
 }
 
 /// Gram–Schmidt; a column that the others explain becomes zero.
-fn orthonormal(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
+pub(super) fn orthonormal(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
     for c in 0..matrix.ncols() {
         let full = matrix.column(c).norm();
         for before in 0..c {

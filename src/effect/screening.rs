@@ -1,6 +1,7 @@
 //! What a fit knows before it starts: motion and missing force along the training runs.
 
 use super::Constants;
+use super::periodogram::orthonormal;
 use crate::units::Motion;
 use nalgebra::{DMatrix, DVector};
 
@@ -30,6 +31,8 @@ pub struct Screen {
     pub motion: Motion,
     /// Constants of the twin as it is.
     pub constants: Option<Constants>,
+    /// Time of the session in s.
+    pub clock_s: Vec<f64>,
     /// Position in m or rad.
     pub position: Vec<f64>,
     /// Velocity in m/s or rad/s.
@@ -59,6 +62,7 @@ impl Default for Screen {
         Self {
             motion: Motion::Prismatic,
             constants: None,
+            clock_s: Vec::new(),
             position: Vec::new(),
             velocity: Vec::new(),
             acceleration: Vec::new(),
@@ -178,6 +182,25 @@ impl Screen {
         Some(solution.iter().zip(&scale).map(|(value, s)| value / s).collect())
     }
 
+    /// The missing force beside acceleration, velocity, direction and a constant; none where nothing tells it.
+    pub fn beside_base(&self) -> Option<Beside> {
+        let direction = self.directions();
+        let moving: Vec<usize> = (0..self.missing_force.len()).filter(|&k| direction[k] != 0.0).collect();
+        if moving.len() < 50 {
+            return None;
+        }
+        let base = DMatrix::from_fn(moving.len(), 4, |row, column| match column {
+            0 => self.acceleration[moving[row]],
+            1 => self.velocity[moving[row]],
+            2 => direction[moving[row]],
+            _ => 1.0,
+        });
+        let base = orthonormal(base);
+        let wanted = DVector::from_iterator(moving.len(), moving.iter().map(|&k| self.missing_force[k]));
+        let rest = &wanted - &base * (base.transpose() * &wanted);
+        Some(Beside { moving, base, rest })
+    }
+
     /// Coefficients of acceleration, velocity, direction and constant in the missing force.
     pub fn four_coefficients(&self) -> Option<[f64; 4]> {
         let ones = vec![1.0; self.missing_force.len()];
@@ -185,6 +208,28 @@ impl Screen {
         self.regress(&columns)?.try_into().ok()
     }
 }
+
+/// The missing force of the moving samples beside what every start needs: what single columns explain of it.
+pub struct Beside {
+    moving: Vec<usize>,
+    base: DMatrix<f64>,
+    rest: DVector<f64>,
+}
+
+impl Beside {
+    /// Coefficient of a column, given by sample, and the sum of squares that it explains beyond the base.
+    pub fn explain(&self, column: impl Fn(usize) -> f64) -> Option<(f64, f64)> {
+        let column = DVector::from_iterator(self.moving.len(), self.moving.iter().map(|&k| column(k)));
+        let own = &column - &self.base * (self.base.transpose() * &column);
+        let size = own.norm_squared();
+        // A column that the base all but explains has no coefficient of its own.
+        let is_own = size > LEAST_OWN * column.norm_squared();
+        is_own.then(|| (own.dot(&self.rest) / size, own.dot(&self.rest).powi(2) / size))
+    }
+}
+
+/// A column of which the base leaves less than this share of its square is the base's.
+const LEAST_OWN: f64 = 1e-6;
 
 /// A fit may look for a pitch so many times the longest from which it starts.
 const BEYOND_TRAVEL: f64 = 1.5;

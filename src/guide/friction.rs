@@ -1,21 +1,24 @@
 //! Dry friction of the guide: one law of named features.
 
 use super::Bristle;
+use std::f64::consts::TAU;
 
 /// What the guide opposes to motion beside its mean viscous drag, as one law.
 ///
 /// # Model
 /// With the direction s = sgn(v) of the motion, the level at which the guide slides
 /// ```text
-///   g(s, |v|, N) = F_c·(1 + a·s + (p − 1)·exp(−(v/v_s)²)) + μ·N
+///   g(s, |v|, N, x, t) = [F_c·(1 + a·s + (p − 1)·exp(−(v/v_s)²)) + μ·N]·(1 + r·t) + F_l·b((x − x_l)/w)
+///   b(u) = ½·(1 + cos 2πu) for |u| < ½, else 0
 /// ```
+/// (never below zero; t is the time of the session)
 /// and the drag by which the directions differ, `−b·c·|v|`, beside the mean drag `−c·v` of the linear dynamics:
 /// ```text
 ///   without bristles:  F ∈ −g·Sgn(v) − b·c·|v|
 ///   behind bristles:   LuGre with g, see [`Bristle`]
 /// ```
 /// Each effect of dry friction sets its own numbers of this one law: Coulomb friction F_c, asymmetric friction a and b, Stribeck
-/// friction p and v_s, friction in proportion to load μ, presliding the bristles.
+/// friction p and v_s, friction in proportion to load μ, local friction F_l, x_l and w, drift r, presliding the bristles.
 ///
 /// # Validity
 /// |a|, |b| ≤ 1 and p ≥ 1: the level and the drag are not negative.
@@ -35,6 +38,10 @@ pub struct DryFriction {
     pub stribeck: Option<Stribeck>,
     /// μ.
     pub load_coefficient: f64,
+    /// Friction of one place of the travel.
+    pub local: Option<Local>,
+    /// r in 1/s: by which share of its level friction grows in a second of the session.
+    pub drift_per_s: f64,
     /// What deflects before the guide slides.
     pub bristle: Option<Bristle>,
 }
@@ -48,7 +55,45 @@ pub struct Stribeck {
     pub velocity: f64,
 }
 
+/// Friction of one place of the travel: a worn or a tight spot.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Local {
+    /// F_l in N or N·m; below zero where the spot runs easier.
+    pub force: f64,
+    /// x_l in m or rad.
+    pub centre: f64,
+    /// w in m or rad; more than zero.
+    pub width: f64,
+}
+
+impl Local {
+    /// F_l·b in N or N·m at a position.
+    #[inline]
+    pub fn at(&self, position: f64) -> f64 {
+        self.force * Self::shape((position - self.centre) / self.width)
+    }
+
+    /// b(u).
+    #[inline]
+    pub fn shape(u: f64) -> f64 {
+        if u.abs() < 0.5 { 0.5 * (1.0 + (TAU * u).cos()) } else { 0.0 }
+    }
+}
+
 impl DryFriction {
+    /// Whether the level depends on place or time.
+    #[inline]
+    pub fn has_place_or_time(&self) -> bool {
+        self.local.is_some() || self.drift_per_s != 0.0
+    }
+
+    /// What a level in N or N·m becomes at a position and a time of the session in s; not negative.
+    #[inline]
+    pub fn level_at(&self, level: f64, position: f64, time_s: f64) -> f64 {
+        let drifted = level * (1.0 + self.drift_per_s * time_s).max(0.0);
+        (drifted + self.local.map_or(0.0, |local| local.at(position))).max(0.0)
+    }
+
     /// Whether the level depends on speed.
     pub fn varies(&self) -> bool {
         self.stribeck.is_some()
@@ -73,8 +118,15 @@ impl DryFriction {
     }
 
     /// Level and drag by which the directions differ, in N or N·m: what the guide opposes to motion in a direction (±1) at a
-    /// speed beside its mean drag of `viscous`, without the part of the load.
+    /// speed beside its mean drag of `viscous`, without the part of the load, at the session's beginning and apart from places.
     pub fn resistance(&self, direction: f64, speed: f64, viscous: f64) -> f64 {
         self.level(direction, speed) + direction * self.drag(viscous) * speed
+    }
+
+    /// The same at a position and a time of the session in s.
+    pub fn resistance_at(&self, velocity: f64, viscous: f64, position: f64, time_s: f64) -> f64 {
+        let (direction, speed) = (velocity.signum(), velocity.abs());
+        let level = self.level_at(self.level(direction, speed), position, time_s);
+        level + direction * self.drag(viscous) * speed
     }
 }

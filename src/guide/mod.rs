@@ -6,7 +6,7 @@ mod step;
 pub mod stick_slip;
 
 pub use bristle::{Bristle, Sliding};
-pub use friction::{DryFriction, Stribeck};
+pub use friction::{DryFriction, Local, Stribeck};
 pub use step::{Coast, GAUSS, Response, StepForce};
 
 use serde::{Deserialize, Serialize};

@@ -23,7 +23,7 @@ use crate::drive::transmission::Transmission;
 use crate::effect::{Constants, Effect, EffectId};
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::guide::DryFriction;
-use crate::sensor::End;
+use crate::sensor::{End, LogScale};
 use crate::solid::{Solid, Weight};
 use crate::units::Motion;
 use std::path::{Path, PathBuf};
@@ -228,6 +228,7 @@ impl Machine {
             sees_both_ends: d.load_sensor.is_some() && d.encoder.end == End::Motor,
             reading_step: 0.0,
             encoder_step: d.encoder.resolution_m,
+            log_scale: LogScale::default(),
             velocity: d.encoder.velocity.clone(),
             sample_period_s: d.sample_period_s,
         }

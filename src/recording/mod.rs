@@ -42,6 +42,7 @@ mod range;
 mod read;
 mod resolve;
 mod run;
+mod session;
 mod signal;
 mod spelling;
 mod split;
@@ -56,6 +57,7 @@ use sha2::{Digest, Sha256};
 pub use columns::Conversion;
 pub use plausibility::{Finding, plausibility};
 pub use run::{FEEDFORWARD_KEY, Role, Run};
+pub use session::BEGIN_KEY;
 pub use signal::{Signal, TIME_KEY};
 pub use split::{HeldOutRuns, SplitRule, TrainingRuns};
 pub use timing::{PeriodSource, Timing};
@@ -90,7 +92,12 @@ impl Recording {
     ///
     /// # Errors
     /// No runs, a run name twice, runs of different motion or sample period (beyond 0.1 %; within it the
-    /// period of the first run in alphabetical order holds for all). Runs with uneven time stamps have each their own.
+    /// period of the first run in alphabetical order holds for all), a session that no clock tells. Runs with uneven time
+    /// stamps have each their own.
+    ///
+    /// # Model
+    /// A run begins within the session at its `begins_s`, where all runs state one; else where its own time stamps place it, if
+    /// the runs have their places on one clock; else when the run before it in the list has ended.
     pub fn new(mut runs: Vec<Run>) -> Result<Self> {
         let even_first = |run: &&Run| (run.instants_s().is_some(), run.name().to_owned());
         let Some(first) = runs.iter().min_by_key(even_first) else {
@@ -122,6 +129,7 @@ impl Recording {
             }
             run.set_sample_period_s(period);
         }
+        session::place(&mut runs)?;
         Ok(Self {
             path: PathBuf::new(),
             note: None,

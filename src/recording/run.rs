@@ -59,8 +59,10 @@ pub struct Run {
     instants_s: Option<Arc<Vec<f64>>>,
     /// What it may be used for, where that was declared.
     pub role: Option<Role>,
-    /// Time of the first sample.
+    /// Time of the first sample, as its file counts.
     pub start_s: f64,
+    /// When it begins within the session, in s; see [`Recording::new`](super::Recording::new).
+    pub begins_s: f64,
     /// Free keys of the recording (stroke, feed, …).
     pub metadata: toml::Table,
     /// Machine settings in force in this run, by key path (the key `set`).
@@ -120,6 +122,7 @@ impl Run {
             instants_s: None,
             role: None,
             start_s: 0.0,
+            begins_s: 0.0,
             metadata: toml::Table::new(),
             settings: BTreeMap::new(),
             file: PathBuf::new(),
@@ -209,7 +212,7 @@ impl Run {
         let signals = self.signals.iter().map(resampled).collect();
         let mut run = Self::of_file(self.name.clone(), self.motion, period_s, signals, self.sha256.clone())?;
         run.role = self.role;
-        run.start_s = self.start_s;
+        (run.start_s, run.begins_s) = (self.start_s, self.begins_s);
         run.metadata.clone_from(&self.metadata);
         run.settings.clone_from(&self.settings);
         run.file.clone_from(&self.file);
@@ -224,6 +227,7 @@ impl Run {
     pub fn with_signals(&self, signals: BTreeMap<Signal, Vec<f64>>) -> Result<Self> {
         let mut run = Self::new(self.name.clone(), self.motion, self.sample_period_s, signals)?;
         run.settings.clone_from(&self.settings);
+        run.begins_s = self.begins_s;
         run.instants_s.clone_from(&self.instants_s);
         Ok(run)
     }

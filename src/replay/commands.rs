@@ -26,6 +26,8 @@ pub struct Commands {
     commands: Vec<Command>,
     /// Where the axis stands before.
     start: f64,
+    /// When the run begins within the session, in s.
+    begins_s: f64,
     /// What of the commands moves the axis.
     pub driven_by: DrivenBy,
 }
@@ -43,7 +45,7 @@ impl Commands {
         }
         check_travel(machine, reference)?;
         let commands = super::follow(reference, machine.description().sample_period_s).collect();
-        Ok(Self { commands, start: 0.0, driven_by: DrivenBy::Reference })
+        Ok(Self { commands, start: 0.0, begins_s: 0.0, driven_by: DrivenBy::Reference })
     }
 
     /// Those of a run: its position reference where the machine has a controller for it, else its effort. The axis
@@ -70,6 +72,7 @@ impl Commands {
             }
             _ => Self::efforts(run)?,
         };
+        told.begins_s = run.begins_s;
         let (supply, enabled) = (run.signal(Signal::SupplyVoltage), run.signal(Signal::TorqueEnabled));
         for (k, command) in told.commands.iter_mut().enumerate() {
             command.supply_v = supply.map(|supply| supply[k]);
@@ -90,7 +93,24 @@ impl Commands {
         let start = run.signal(Signal::Position).and_then(|position| position.first().copied());
         let start = start.unwrap_or_default();
         let command = |effort: &f64| Command { effort_v: Some(*effort), ..Command::follow(start, 0.0) };
-        Ok(Self { commands: efforts.iter().map(command).collect(), start, driven_by: DrivenBy::Effort })
+        let commands = efforts.iter().map(command).collect();
+        Ok(Self { commands, start, begins_s: run.begins_s, driven_by: DrivenBy::Effort })
+    }
+
+    /// The same at a time of the session, in s.
+    #[must_use]
+    pub fn beginning(self, begins_s: f64) -> Self {
+        Self { begins_s, ..self }
+    }
+
+    /// When the run begins within the session, in s.
+    pub fn begins_s(&self) -> f64 {
+        self.begins_s
+    }
+
+    /// For how long the axis stands before the first sample, of what is asked for, in s: not in open loop.
+    pub fn stood_s(&self, asked_s: f64) -> f64 {
+        if self.driven_by == DrivenBy::Reference { asked_s } else { 0.0 }
     }
 
     /// Number of samples.
@@ -157,6 +177,7 @@ impl Commands {
             let periods = (stood_s / machine.description().sample_period_s).round() as usize;
             run(&mut twin, (0..periods).map(|_| Command::follow(first, 0.0)), |_| ());
         }
+        twin.set_clock(self.begins_s);
         let traces = run(&mut twin, self.commands.iter().copied(), each);
         if self.driven_by == DrivenBy::Effort {
             check_travel(machine, &traces.position)?;

@@ -11,6 +11,7 @@ use crate::machine::Machine;
 use crate::plant::Plant;
 use crate::plant::axis::Axis;
 use crate::recording::{FEEDFORWARD_KEY, Run, Signal};
+use crate::sensor::LogScale;
 use crate::twin::{Command, Driven, Sensing, Twin};
 use std::sync::Arc;
 
@@ -88,6 +89,13 @@ impl Start {
         }
     }
 
+    /// The start as it was, of one that was logged in these scales.
+    #[must_use]
+    pub fn unscaled(self, scale: LogScale) -> Self {
+        let (effort_v, current) = (self.effort_v.map(|u| u / scale.effort), self.current.map(|i| i / scale.current));
+        Self { effort_v, current, ..self }
+    }
+
     /// Voltage commanded to the amplifier at the first sample, where the effort was logged.
     pub fn commanded_v(&self) -> Option<f64> {
         self.effort_v.map(|effort_v| effort_v + self.feedforward_v)
@@ -141,6 +149,8 @@ fn parabola(samples: &[f64], time_s: impl Fn(usize) -> f64) -> (f64, f64, f64) {
 pub struct Recorded {
     commands: Vec<Command>,
     start: Start,
+    /// When the run begins within the session, in s.
+    begins_s: f64,
     /// The controller's samples, where the log was read at others.
     grid: Option<Arc<Grid>>,
 }
@@ -211,7 +221,7 @@ impl Recorded {
                 }
             })
             .collect();
-        Self { commands, start, grid: None }
+        Self { commands, start, begins_s: run.begins_s, grid: None }
     }
 
     /// The same for a controller that samples at `period_s`: a run whose time stamps are uneven is then replayed at the
@@ -321,6 +331,7 @@ impl Recorded {
             twin.take_over(commanded_v - feedforward_v - first.disturbance_v, input);
         }
         twin.set_current(start.current_a(&machine.constants()));
+        twin.set_clock(self.begins_s);
         twin
     }
 
@@ -328,9 +339,10 @@ impl Recorded {
     fn start_under_weight(&self, machine: &Machine) -> Start {
         let is_controlled = self.commands.first().is_some_and(|c| c.effort_v.is_none() && c.thrust.is_none());
         let Some(weight) = machine.weight().filter(|_| is_controlled && self.start.effort_v.is_none()) else {
-            return self.start;
+            return self.start.unscaled(machine.constants().log_scale);
         };
-        let (constants, start) = (machine.constants(), self.start);
+        let constants = machine.constants();
+        let start = self.start.unscaled(constants.log_scale);
         let (gain, force) = (constants.amplifier.gain(), -weight.effort(start.position));
         let held_v = steady_command(&constants.circuit, gain, force, start.velocity);
         let live_v = held_v - constants.amplifier.offset_v;

@@ -246,14 +246,16 @@ impl Windowed {
     /// The machine's twin at the start of the run, faster by so much.
     fn twin<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing, faster: f64) -> Twin<P> {
         let mut twin = Twin::new(machine, plant, sensing);
-        let (first, start) = (self.restarts.first(), &self.start);
+        let constants = machine.constants();
+        let (first, start) = (self.restarts.first(), self.start.unscaled(constants.log_scale));
         let (position, velocity) =
             first.map_or((start.position, start.velocity), |r| (r.position, r.velocity));
         twin.start(position, velocity + faster, start.commanded_v().unwrap_or(0.0));
         if let Some(shown) = start.load_position {
             twin.set_load_reading(shown);
         }
-        twin.set_current(start.current_a(&machine.constants()));
+        twin.set_current(start.current_a(&constants));
+        twin.set_clock(self.run.begins_s);
         twin
     }
 

@@ -86,3 +86,21 @@ pub struct CurrentSensor {
     #[serde(default)]
     pub noise_a: f64,
 }
+
+/// By what factors the log shows current and control effort other than they are.
+///
+/// # Model
+/// As logged, factor times as it is; of the log alone, before noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogScale {
+    /// Factor of the current; more than zero.
+    pub current: f64,
+    /// Factor of the control effort; more than zero.
+    pub effort: f64,
+}
+
+impl Default for LogScale {
+    fn default() -> Self {
+        Self { current: 1.0, effort: 1.0 }
+    }
+}

@@ -56,7 +56,7 @@ impl<'a> Gauge<'a> {
         let mut experiments = Vec::new();
         for run in runs {
             let reference = run.reference(machine);
-            let traces = sketch(machine, otherwise, &reference)?;
+            let traces = sketch(machine, otherwise, &reference, run.begins_s)?;
             experiments
                 .push(Experiment::new(&as_logged(run, machine, &reference, traces, logged)?, machine)?);
         }
@@ -79,12 +79,12 @@ impl<'a> Gauge<'a> {
         let mut least = f64::INFINITY;
         for runs in &self.roles {
             let (mut experiments, mut predicted) = (Vec::new(), Vec::new());
-            for run in runs {
-                let reference = run.reference(self.machine);
-                let traces = sketch(&machine, self.otherwise, &reference)?;
-                let run = as_logged(run, self.machine, &reference, traces, self.logged)?;
+            for strokes in runs {
+                let reference = strokes.reference(self.machine);
+                let traces = sketch(&machine, self.otherwise, &reference, strokes.begins_s)?;
+                let run = as_logged(strokes, self.machine, &reference, traces, self.logged)?;
                 experiments.push(Experiment::new(&run, self.machine)?);
-                predicted.push(sketch(&other, self.otherwise, &reference)?);
+                predicted.push(sketch(&other, self.otherwise, &reference, strokes.begins_s)?);
             }
             let score = Score::of_traces(&experiments, &predicted, &self.floor);
             // Perfect sensors on both sides: noise adds one.
@@ -157,5 +157,6 @@ pub fn as_logged(
     let mut run = Run::new(&strokes.name, whole.motion(), whole.sample_period_s(), signals)?;
     run.role = Some(strokes.role);
     run.metadata = strokes.metadata(machine);
+    run.begins_s = strokes.begins_s;
     Ok(run)
 }

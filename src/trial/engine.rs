@@ -48,7 +48,7 @@ impl Engine {
         }
     }
 
-    /// Lets a forged machine follow a sampled position reference from standstill.
+    /// Lets a forged machine follow a sampled position reference from standstill, at a time of the session in s.
     ///
     /// # Errors
     /// What the plant refuses.
@@ -58,8 +58,9 @@ impl Engine {
         otherwise: &Otherwise,
         sensing: Sensing,
         reference: &[f64],
+        begins_s: f64,
     ) -> Result<Traces> {
-        let commands = Commands::follow(machine, reference)?;
+        let commands = Commands::follow(machine, reference)?.beginning(begins_s);
         self.told(machine, otherwise, sensing, &commands, STOOD_S, |_| ())
     }
 
@@ -79,31 +80,38 @@ impl Engine {
     ) -> Result<Traces> {
         let step_s = step(machine, STEP_S);
         let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
+        let clock_s = commands.begins_s() - commands.stood_s(stood_s);
         match self {
             Self::Rapier => {
-                let plant = Forged::new(Rig::with_step(&walked, step_s)?, laws);
+                let plant = Forged::new(Rig::with_step(&walked, step_s)?, laws, clock_s);
                 commands.walk(&walked, plant, sensing, stood_s, each)
             }
             Self::Axis => {
-                let plant = Forged::new(Axis::new(&walked.constants(), step_s), laws);
+                let plant = Forged::new(Axis::new(&walked.constants(), step_s), laws, clock_s);
                 commands.walk(&walked, plant, sensing, stood_s, each)
             }
             Self::Mujoco => {
                 let plant = MujocoRig::with_step(&walked, step_s, Integrator::RungeKutta)?;
-                commands.walk(&walked, Forged::new(plant, laws), sensing, stood_s, each)
+                commands.walk(&walked, Forged::new(plant, laws, clock_s), sensing, stood_s, each)
             }
         }
     }
 }
 
-/// The same with perfect sensors on the reduced axis at a coarser step: fast, for calibrating sizes.
+/// The same with perfect sensors on the reduced axis at a coarser step: fast, for calibrating sizes; the run begins at a time of the session in s.
 ///
 /// # Errors
 /// A machine without a controller, or a reference beyond its joint's limits.
-pub fn sketch(machine: &Machine, otherwise: &Otherwise, reference: &[f64]) -> Result<Traces> {
+pub fn sketch(
+    machine: &Machine,
+    otherwise: &Otherwise,
+    reference: &[f64],
+    begins_s: f64,
+) -> Result<Traces> {
     let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
-    let plant = Forged::new(Axis::new(&walked.constants(), step(machine, SKETCH_STEP_S)), laws);
-    Commands::follow(machine, reference)?.walk(&walked, plant, Sensing::Perfect, STOOD_S, |_| ())
+    let plant = Forged::new(Axis::new(&walked.constants(), step(machine, SKETCH_STEP_S)), laws, begins_s - STOOD_S);
+    let commands = Commands::follow(machine, reference)?.beginning(begins_s);
+    commands.walk(&walked, plant, Sensing::Perfect, STOOD_S, |_| ())
 }
 
 /// The longest step that divides the sample period and is at most `longest_s`.

@@ -23,12 +23,14 @@ pub struct Otherwise {
 }
 
 /// The effects of dry friction, which a forged machine carries as bristles of its own.
-const FRICTION: [EffectId; 5] = [
+const FRICTION: [EffectId; 7] = [
     EffectId::CoulombFriction,
     EffectId::AsymmetricFriction,
     EffectId::StribeckFriction,
     EffectId::Presliding,
     EffectId::LoadDependentFriction,
+    EffectId::LocalFriction,
+    EffectId::FrictionDrift,
 ];
 
 /// Forces of a forged machine that its twin does not apply itself.
@@ -83,7 +85,8 @@ impl ForgedLaws {
         let coefficient = dry.load_coefficient;
         let loaded = Load::of(machine).filter(|_| coefficient > 0.0).map(|load| (coefficient, load));
         let rest = loaded.as_ref().map_or(0.0, |(coefficient, load)| coefficient * load.usual());
-        let standing = dry.level(1.0, 0.0).max(dry.level(-1.0, 0.0)) + rest;
+        let spot = dry.local.map_or(0.0, |local| local.force.max(0.0));
+        let standing = dry.level(1.0, 0.0).max(dry.level(-1.0, 0.0)) + rest + spot;
         let drawn =
             |stiffness: f64| 2.0 * otherwise.bristle_damping * (stiffness * constants.moving_mass).sqrt();
         let (stiffness, damping) = match dry.bristle {
@@ -124,12 +127,14 @@ pub struct Forged<P> {
     forces: [f64; 2],
     /// The step that was looked at.
     ahead: Option<Coast>,
+    /// Time of the session in s.
+    clock_s: f64,
 }
 
 impl<P: Plant> Forged<P> {
-    /// The plant with these laws, the bristles undeflected.
-    pub fn new(inner: P, laws: ForgedLaws) -> Self {
-        Self { inner, laws, deflection: 0.0, forces: [0.0; 2], ahead: None }
+    /// The plant with these laws, the bristles undeflected, at a time of the session in s.
+    pub fn new(inner: P, laws: ForgedLaws, clock_s: f64) -> Self {
+        Self { inner, laws, deflection: 0.0, forces: [0.0; 2], ahead: None, clock_s }
     }
 
     /// Drag by which a direction differs from the mean of both.
@@ -147,7 +152,7 @@ impl<P: Plant> Forged<P> {
         let dry = self.laws.dry;
         let level = |velocity: f64| {
             let direction = if velocity < 0.0 { -1.0 } else { 1.0 };
-            dry.level(direction, velocity.abs()) + loads
+            dry.level_at(dry.level(direction, velocity.abs()) + loads, position, self.clock_s)
         };
         let (force, deflection) = bristle.step(self.deflection, coast, self.inner.step_s(), level);
         self.deflection = deflection;
@@ -196,6 +201,7 @@ impl<P: Plant> Plant for Forged<P> {
         self.inner.advance(motor, guide);
         let [first, last] = ahead.motor_force;
         self.forces = [0.5 * (first + last) + motor.mean, guide.mean];
+        self.clock_s += self.inner.step_s();
     }
 
     fn place(&mut self, position: f64, velocity: f64) {

@@ -31,7 +31,7 @@ impl Scale {
         let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
         let (mut force, mut voltage_v) = (0.0_f64, 0.0_f64);
         for run in runs {
-            let traces = sketch(machine, otherwise, &run.reference(machine))?;
+            let traces = sketch(machine, otherwise, &run.reference(machine), run.begins_s)?;
             force = force.max(largest(&traces.thrust));
             voltage_v = voltage_v.max(largest(&traces.effort_v));
         }

@@ -22,6 +22,9 @@ pub struct Strokes {
     pub dwell_s: f64,
     /// Whether for training or held out.
     pub role: Role,
+    /// When it begins within the session, in s.
+    #[serde(default)]
+    pub begins_s: f64,
 }
 
 /// Standstill before the first stroke, in s.
@@ -103,7 +106,13 @@ pub fn draw(machine: &Machine, random: &mut StdRng) -> Result<Vec<Strokes>> {
             feed: rounded(feed * spread * slower),
             dwell_s: (100.0 * random.random_range(0.22..0.38_f64)).round() / 100.0,
             role: if held_out { Role::HeldOut } else { Role::Training },
+            begins_s: 0.0,
         });
+    }
+    let mut now_s = 0.0;
+    for run in &mut runs {
+        run.begins_s = now_s;
+        now_s += run.reference(machine).len() as f64 * machine.description().sample_period_s;
     }
     Ok(runs)
 }

@@ -13,6 +13,17 @@ use crate::solid::Weight;
 /// Steps shorter than so many time constants of the current see it bend to second order.
 const FEW_DECAYS: f64 = 0.1;
 
+/// Where and when a step of the plant begins.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Here {
+    /// Position of the moving part.
+    pub position: f64,
+    /// Length of the step.
+    pub step_s: f64,
+    /// Time of the session.
+    pub clock_s: f64,
+}
+
 /// Laws that act along the path while the twin runs, by the door through which they do.
 #[derive(Debug, Clone)]
 pub(super) struct Laws {
@@ -23,8 +34,11 @@ pub(super) struct Laws {
     /// Drag in N·s/m or N·m·s/rad that the positive direction has more than the mean of both.
     drag: f64,
     pushes: Vec<Effect>,
+    shakes: Vec<Effect>,
     ripples: Vec<Effect>,
     transmissions: Vec<Effect>,
+    /// Share of the motor's travel by which the load is carried along inside a play.
+    carried: f64,
     readings: Vec<Effect>,
     /// Weight along the joint, where there is any and the plant does not have it in itself.
     weight: Option<Weight>,
@@ -47,8 +61,10 @@ impl Laws {
             constant: [1.0, -1.0].map(|direction| dry.level(direction, 0.0)),
             drag: dry.drag(constants.viscous),
             pushes: through(Door::Push),
+            shakes: through(Door::Shake),
             ripples: through(Door::Ripple),
             transmissions: through(Door::Transmission),
+            carried: acting.iter().map(Effect::carried).fold(0.0, f64::max),
             readings: through(Door::Reading),
             winding_rate_per_s: match constants.circuit {
                 Circuit::Winding { resistance_ohm, inductance_h, .. } => resistance_ohm / inductance_h,
@@ -61,8 +77,9 @@ impl Laws {
 
     /// Dry friction in the positive and the negative direction, where nothing else acts on the guide.
     pub fn constant_friction(&self) -> Option<[f64; 2]> {
-        let alone = [&self.pushes, &self.ripples].iter().all(|laws| laws.is_empty())
+        let alone = [&self.pushes, &self.shakes, &self.ripples].iter().all(|laws| laws.is_empty())
             && !self.varies()
+            && !self.dry.has_place_or_time()
             && self.dry.bristle.is_none()
             && self.loaded.is_none()
             && self.weight.is_none();
@@ -85,10 +102,14 @@ impl Laws {
         if self.ripples.is_empty() { StepForce::ZERO } else { self.some_ripple(coast, position, step_s) }
     }
 
-    /// What forces of position and velocity exert over a step that begins at `position`.
+    /// What forces of position, velocity and time exert over a step.
     #[inline(always)]
-    pub fn push_over(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
-        if self.pushes.is_empty() { StepForce::ZERO } else { self.some_push(coast, position, step_s) }
+    pub fn push_over(&self, coast: Coast, here: Here) -> StepForce {
+        if self.pushes.is_empty() && self.shakes.is_empty() {
+            StepForce::ZERO
+        } else {
+            self.some_push(coast, here)
+        }
     }
 
     // Both are taken at two points of the step, as they would be without friction.
@@ -112,27 +133,30 @@ impl Laws {
     }
 
     #[inline(never)]
-    fn some_push(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+    fn some_push(&self, coast: Coast, here: Here) -> StepForce {
+        let Here { position, step_s, clock_s } = here;
         let at = |share: f64| -> f64 {
             let place = position + coast.free_travel_until(share, step_s);
             let velocity = coast.velocity + share * (coast.free_velocity - coast.velocity);
-            self.pushes.iter().map(|effect| effect.push(place, velocity)).sum()
+            let pushed: f64 = self.pushes.iter().map(|effect| effect.push(place, velocity)).sum();
+            let time_s = clock_s + share * step_s;
+            pushed + self.shakes.iter().map(|effect| effect.shake(time_s)).sum::<f64>()
         };
         StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
     }
 
-    /// Weight and dry friction over a step that begins at `position`, see [`friction`](Self::friction).
+    /// Weight and dry friction over a step, see [`friction`](Self::friction).
     #[inline(always)]
     pub fn weight_and_friction(
         &self,
         coast: Coast,
-        [position, step_s]: [f64; 2],
+        here: Here,
         bristle_force: &mut f64,
         load: impl FnMut(&Load) -> f64,
     ) -> [StepForce; 2] {
         match &self.weight {
-            None => [StepForce::ZERO, self.friction(coast, step_s, bristle_force, load)],
-            Some(weight) => self.under_weight(weight, coast, [position, step_s], bristle_force, load),
+            None => [StepForce::ZERO, self.friction(coast, here, bristle_force, load)],
+            Some(weight) => self.under_weight(weight, coast, here, bristle_force, load),
         }
     }
 
@@ -142,14 +166,15 @@ impl Laws {
         &self,
         weight: &Weight,
         coast: Coast,
-        [position, step_s]: [f64; 2],
+        here: Here,
         bristle_force: &mut f64,
         mut load: impl FnMut(&Load) -> f64,
     ) -> [StepForce; 2] {
+        let Here { position, step_s, .. } = here;
         let begun = *bristle_force;
         let mut answer = |pull: StepForce| {
             *bristle_force = begun;
-            [pull, self.friction(coast.under(pull), step_s, bristle_force, &mut load)]
+            [pull, self.friction(coast.under(pull), here, bristle_force, &mut load)]
         };
         if weight.is_constant() {
             return answer(StepForce::held(weight.effort(position)));
@@ -166,14 +191,18 @@ impl Laws {
     pub fn friction(
         &self,
         coast: Coast,
-        step_s: f64,
+        here: Here,
         bristle_force: &mut f64,
         mut load: impl FnMut(&Load) -> f64,
     ) -> StepForce {
+        let step_s = here.step_s;
         let loaded = match &self.loaded {
             None => 0.0,
             Some((coefficient, of)) => coefficient * load(of),
         };
+        if self.dry.has_place_or_time() {
+            return self.friction_here(coast, here, bristle_force, loaded);
+        }
         let constant = [self.constant[0] + loaded, self.constant[1] + loaded];
         if constant == [0.0; 2] && self.drag == 0.0 {
             return StepForce::ZERO;
@@ -197,6 +226,27 @@ impl Laws {
         }
     }
 
+    /// The same where the level depends on place or time, taken in the middle of the step.
+    #[inline(never)]
+    fn friction_here(&self, coast: Coast, here: Here, bristle_force: &mut f64, loaded: f64) -> StepForce {
+        let Here { position, step_s, clock_s } = here;
+        let (place, time_s) = (position + 0.5 * coast.free_travel, clock_s + 0.5 * step_s);
+        let level = |direction: f64, speed: f64| {
+            self.dry.level_at(self.dry.level(direction, speed) + loaded, place, time_s)
+        };
+        match &self.dry.bristle {
+            Some(bristle) if level(1.0, 0.0) > 0.0 || level(-1.0, 0.0) > 0.0 => {
+                let (force, end) =
+                    bristle.step(*bristle_force, coast, step_s, Sliding { level, drag: self.drag });
+                *bristle_force = end;
+                force
+            }
+            _ => friction(coast, step_s, |direction, speed| {
+                level(direction, speed) + direction * self.drag * speed
+            }),
+        }
+    }
+
     /// The motor's force per its nominal one.
     #[inline]
     pub fn ripple(&self, position: f64) -> f64 {
@@ -209,10 +259,11 @@ impl Laws {
         self.transmissions.iter().fold([motor; 2], |stops, effect| effect.stops(stops))
     }
 
-    /// The load's position behind the drive train, from that before.
+    /// The load's position behind the drive train, from that before and the motor's travel since then.
     #[inline]
-    pub fn transmit(&self, motor: f64, before: f64) -> f64 {
+    pub fn transmit(&self, motor: f64, before: f64, travel: f64) -> f64 {
         let [rear, front] = self.stops(motor);
+        let before = before + self.carried * travel;
         // Not `clamp`: a position that a diverged replay has lost must not stop the program.
         if rear < front { before.max(rear).min(front) } else { 0.5 * (rear + front) }
     }
@@ -244,9 +295,12 @@ pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
     let place = |&reading: &f64| {
         if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
     };
-    let mut load = shown.first().map_or(0.0, |first| laws.middle(place(first)));
+    let mut before = shown.first().map_or(0.0, &place);
+    let mut load = laws.middle(before);
     let follow = |reading| {
-        load = laws.transmit(place(reading), load);
+        let motor = place(reading);
+        load = laws.transmit(motor, load, motor - before);
+        before = motor;
         load
     };
     shown.iter().map(follow).collect()

@@ -128,6 +128,11 @@ impl<P: Plant> Twin<P> {
         self.plant.relocate(motor, speed);
     }
 
+    /// Sets the session's clock in s, which [`start`](Self::start) leaves as it is.
+    pub fn set_clock(&mut self, clock_s: f64) {
+        self.path.set_clock(clock_s);
+    }
+
     /// Sets the zero of the second sensor by what it shows at the start.
     pub fn set_load_reading(&mut self, reading: f64) {
         self.path.set_load_reading(self.plant.position(), reading);

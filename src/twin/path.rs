@@ -1,7 +1,7 @@
 //! The signal path around a plant: sensors, controller, amplifier, and the laws that act beside them.
 
 use super::front::{Entry, Numbers};
-use super::laws::Laws;
+use super::laws::{Here, Laws};
 use super::{Command, Sample, Sensing};
 use crate::controller::{Controller, EffortLimit, Filters, Gains, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
@@ -9,7 +9,9 @@ use crate::drive::motor::Circuit;
 use crate::guide::{Coast, StepForce};
 use crate::machine::Machine;
 use crate::plant::{Drive, Load, Plant};
-use crate::sensor::{CurrentSensor, Encoder, End, LoadSensor, VelocityEstimate, VelocityMemory, rounded};
+use crate::sensor::{
+    CurrentSensor, Encoder, End, LoadSensor, LogScale, VelocityEstimate, VelocityMemory, rounded,
+};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
 use rand_distr::{Distribution, StandardNormal};
@@ -35,6 +37,7 @@ pub(super) struct Path {
     encoder: Encoder,
     velocity_estimate: VelocityEstimate,
     reading_step: f64,
+    log_scale: LogScale,
     load_sensor: Option<LoadSensor>,
     current_sensor: CurrentSensor,
     has_winding: bool,
@@ -54,12 +57,16 @@ struct Moving {
     bristle: f64,
     /// The load's position behind the drive train.
     load: f64,
+    /// That of the motor's end at the same sample.
+    motor: f64,
     /// Reading of the second sensor less what it would be with the encoder's zero.
     load_zero: f64,
     /// Motor and guide force of the step before.
     forces: [f64; 2],
     /// Rise over the period of the force in the motor's place.
     thrust_rise: f64,
+    /// Time of the session in s.
+    clock_s: f64,
 }
 
 /// The voltages commanded last: as many as the delay needs.
@@ -125,6 +132,7 @@ impl Path {
             amplifier: constants.amplifier,
             velocity_estimate: constants.velocity,
             reading_step: constants.reading_step,
+            log_scale: constants.log_scale,
             period_s: constants.sample_period_s,
             step_s,
             moving: Moving {
@@ -132,9 +140,11 @@ impl Path {
                 velocity: VelocityMemory::moving(0.0, 0.0, constants.sample_period_s),
                 bristle: 0.0,
                 load: 0.0,
+                motor: 0.0,
                 load_zero: 0.0,
                 forces: [0.0; 2],
                 thrust_rise: 0.0,
+                clock_s: 0.0,
             },
             noise: match sensing {
                 Sensing::Perfect => None,
@@ -151,7 +161,7 @@ impl Path {
         moving.velocity = VelocityMemory::moving(position, velocity, self.period_s);
         moving.memory = Memory::default();
         moving.bristle = 0.0;
-        moving.load = self.laws.middle(motor);
+        (moving.load, moving.motor) = (self.laws.middle(motor), motor);
         moving.load_zero = 0.0;
         moving.forces = [0.0; 2];
         if let Some(delay) = &mut self.reference_delay {
@@ -165,7 +175,7 @@ impl Path {
     pub fn restart(&mut self, [now, speed]: [f64; 2], position: f64, velocity: f64) -> [f64; 2] {
         let end = self.encoder.end;
         let shown = |motor: f64| {
-            let load = self.laws.transmit(motor, self.moving.load + motor - now);
+            let load = self.laws.transmit(motor, self.moving.load + motor - now, 0.0);
             self.laws.read(if end == End::Motor { motor } else { load })
         };
         let slope = shown(now + 1.0) - shown(now);
@@ -177,12 +187,18 @@ impl Path {
         let jump = [position - shown(now), velocity - speed * local];
         self.moving.velocity = self.moving.velocity.shifted(jump[0], jump[1], self.period_s);
         self.moving.load += motor - now;
+        self.moving.motor += motor - now;
         [motor, velocity / local]
+    }
+
+    /// Sets the session's clock, in s.
+    pub fn set_clock(&mut self, clock_s: f64) {
+        self.moving.clock_s = clock_s;
     }
 
     /// Sets the zero of the second sensor by what it shows while the plant stands at `motor`.
     pub fn set_load_reading(&mut self, motor: f64, reading: f64) {
-        let load = self.laws.transmit(motor, self.moving.load);
+        let load = self.laws.transmit(motor, self.moving.load, 0.0);
         self.moving.load_zero = reading - load;
     }
 
@@ -210,6 +226,7 @@ impl Path {
     pub fn front(&self) -> Option<Entry> {
         let plain = self.laws.shows_position() && self.noise.is_none() && self.reading_step == 0.0;
         let direct = self.load_sensor.is_none()
+            && self.log_scale == LogScale::default()
             && self.reference_delay.is_none()
             && self.effort_limit.is_none()
             && self.filters.is_empty();
@@ -300,8 +317,8 @@ impl Path {
         let sample = Sample {
             position,
             velocity,
-            effort_v,
-            current: current + self.current_noise(),
+            effort_v: self.log_scale.effort * effort_v,
+            current: self.log_scale.current * current + self.current_noise(),
             thrust: command.thrust.unwrap_or(own_thrust),
             load_position,
         };
@@ -330,7 +347,9 @@ impl Path {
         mut loads: impl FnMut() -> Option<[f64; 4]>,
     ) -> [StepForce; 2] {
         let [begin_n, end_n] = coast.motor_force;
-        let push = self.laws.push_over(coast, position, self.step_s);
+        let here = Here { position, step_s: self.step_s, clock_s: self.moving.clock_s };
+        self.moving.clock_s += self.step_s;
+        let push = self.laws.push_over(coast, here);
         let ripple = match drive {
             Drive::Voltage { .. } => self.laws.ripple_over(coast, position, self.step_s),
             // A force in the motor's place was measured as it came out: ripple is in it, its rise is left to add.
@@ -345,8 +364,7 @@ impl Path {
             Load::Transmitted(_) => of.magnitude(None, [motor, before[1]], position),
         };
         let coast = coast.under(ripple + push);
-        let begin = [position, self.step_s];
-        let [weight, friction] = self.laws.weight_and_friction(coast, begin, &mut self.moving.bristle, load);
+        let [weight, friction] = self.laws.weight_and_friction(coast, here, &mut self.moving.bristle, load);
         let guide = push + friction;
         self.moving.forces = [motor, guide.mean];
         [ripple, guide + weight]
@@ -354,8 +372,8 @@ impl Path {
 
     #[inline]
     fn sense(&mut self, motor: f64) -> Reading {
-        let load = self.laws.transmit(motor, self.moving.load);
-        self.moving.load = load;
+        let load = self.laws.transmit(motor, self.moving.load, motor - self.moving.motor);
+        (self.moving.load, self.moving.motor) = (load, motor);
         let seen = self.laws.read(if self.encoder.end == End::Motor { motor } else { load });
         let unrounded = match &mut self.noise {
             None => seen,

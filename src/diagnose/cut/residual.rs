@@ -13,7 +13,7 @@ use crate::sensor::VelocityMemory;
 pub fn force_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
     let run = experiment.run();
     let (current, thrust) = (run.signal(Signal::Current)?, run.signal(Signal::Thrust)?);
-    let constant = constants.force_constant();
+    let constant = constants.force_constant() / constants.log_scale.current;
     Some(current.iter().zip(thrust).map(|(i, f)| f - constant * i).collect())
 }
 
@@ -45,7 +45,7 @@ pub fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option
         if k < FORGETTING {
             return None;
         }
-        let own = effort[k] - command.disturbance_v;
+        let own = effort[k] / constants.log_scale.effort - command.disturbance_v;
         let memory = memory.get_or_insert_with(|| controller.memory_for(own, input, period));
         Some(own - controller.effort_v(memory, input, period))
     });
@@ -65,14 +65,17 @@ pub fn drive_residual(experiment: &Experiment, constants: &Constants) -> Option<
         [delay.fraction, 1.0 - delay.fraction].map(|f| CircuitStep::new(&constants.circuit, f * period));
     let (kt, winding) = (steps[0].effort_constant(), steps[0].has_current());
     let measured: Vec<f64> = match (run.signal(Signal::Current), run.signal(Signal::Thrust)) {
-        (Some(current), _) if winding => current.iter().map(|i| i * kt).collect(),
+        (Some(current), _) if winding => {
+            current.iter().map(|i| i / constants.log_scale.current * kt).collect()
+        }
         (_, Some(thrust)) => thrust.to_vec(),
         _ => return None,
     };
     let position = run.signal(Signal::Position)?;
     let supply = run.signal(Signal::SupplyVoltage);
     let amplifier = &constants.amplifier;
-    let commanded = experiment.recorded().commanded_v(effort);
+    let as_commanded: Vec<f64> = effort.iter().map(|u| u / constants.log_scale.effort).collect();
+    let commanded = experiment.recorded().commanded_v(&as_commanded);
     let applied = |k: usize, back: usize| {
         amplifier.gain_under(supply.map(|supply| supply[k]))
             * amplifier.output_v(commanded[k.saturating_sub(back)])

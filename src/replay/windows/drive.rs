@@ -6,6 +6,7 @@ use crate::effect::{Constants, Door, Effect};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::Traces;
+use crate::sensor::LogScale;
 use crate::twin::{Command, Sensing};
 use rand::SeedableRng;
 use rand::rngs::StdRng;
@@ -29,6 +30,8 @@ pub(super) struct Drive {
     rise_weight: f64,
     /// What comes beside an effort at each sample, in V; empty for nothing.
     feedforward_v: Vec<f64>,
+    /// Scale of the logged current and effort.
+    scale: LogScale,
 }
 
 /// Weights of the first and the last value in the mean over a period in which the voltage does not change, and of their
@@ -58,7 +61,9 @@ impl Drive {
         let noise_a = current_noise(machine, sensing, samples.len());
         let supply_v = run.signal(Signal::SupplyVoltage).unwrap_or_default().to_vec();
         let disabled = windowed.disabled();
+        let scale = constants.log_scale;
         if windowed.input == Input::Effort {
+            samples.iter_mut().for_each(|effort_v| *effort_v /= scale.effort);
             return Self {
                 samples,
                 per_ampere: Vec::new(),
@@ -68,6 +73,7 @@ impl Drive {
                 weights: [1.0, 0.0],
                 rise_weight: 0.0,
                 feedforward_v: windowed.feedforward_v.clone(),
+                scale,
             };
         }
         let effects = machine.effects();
@@ -77,12 +83,12 @@ impl Drive {
         let per_ampere: Vec<f64> = position.iter().map(|x| constant * ripple(x)).collect();
         if windowed.input == Input::Current {
             for (k, (sample, force)) in samples.iter_mut().zip(&per_ampere).enumerate() {
-                *sample = force * (*sample + noise_a.get(k).unwrap_or(&0.0));
+                *sample = force * (*sample + noise_a.get(k).unwrap_or(&0.0)) / scale.current;
             }
         }
         let (weights, rise_weight) = period_weights(&constants);
         let feedforward_v = Vec::new();
-        Self { samples, per_ampere, supply_v, disabled, noise_a, weights, rise_weight, feedforward_v }
+        Self { samples, per_ampere, supply_v, disabled, noise_a, weights, rise_weight, feedforward_v, scale }
     }
 
     pub fn command(&self, k: usize, input: Input) -> Command {
@@ -113,7 +119,8 @@ impl Drive {
         }
         traces.thrust.clone_from(&self.samples);
         for (k, current) in traces.current.iter_mut().enumerate() {
-            *current = self.samples[k] / self.per_ampere[k] + self.noise_a.get(k).unwrap_or(&0.0);
+            let noise_a = self.noise_a.get(k).unwrap_or(&0.0);
+            *current = self.scale.current * self.samples[k] / self.per_ampere[k] + noise_a;
         }
     }
 }

@@ -1,0 +1,202 @@
+//! A vibration that shakes the axis at standstill: a line in the spectrum of its position there.
+
+use super::dwell::settled;
+use crate::diagnose::experiment::Experiment;
+use crate::recording::Signal;
+use nalgebra::{DMatrix, DVector};
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+/// Lines that are looked for at most: a vibration and its harmonics.
+const MOST_LINES: usize = 3;
+/// Fewer periods over the standstills of a run together are drift.
+const LEAST_PERIODS: f64 = 3.0;
+/// A line has so many times the power of its neighbours on either side: one of a thousand exponentially distributed ordinates
+/// of noise exceeds 25 times their mean once in 10⁸ recordings.
+const STANDS_OUT: f64 = 25.0;
+/// Neighbours of a line on either side, in ordinates one over the length apart.
+const NEIGHBOURS: usize = 12;
+/// Frequencies lie this part of one over the length apart.
+const OVERSAMPLING: usize = 4;
+/// Frequencies tried at most.
+const MOST_FREQUENCIES: usize = 1500;
+/// Highest frequency, as a share of the sample rate.
+const HIGHEST: f64 = 0.4;
+
+/// Frequencies in Hz at which the axis vibrates while its reference rests; none where it only scatters.
+///
+/// # Model
+/// Least squares of a sine on the position of all standstills of a run together, mean and trend of each taken out (Lomb's
+/// periodogram with gaps). An ordinate counts as a line where it stands out from the median of those on either side.
+///
+/// # Source
+/// Lomb (1976), *Least-squares frequency analysis of unequally spaced data*.
+pub fn frequencies(experiment: &Experiment) -> Vec<f64> {
+    let run = experiment.run();
+    let Some(position) = run.signal(Signal::Position).filter(|_| run.instants_s().is_none()) else {
+        return Vec::new();
+    };
+    let stretches: Vec<Range<usize>> = settled(experiment).into_iter().filter(|s| s.len() >= 20).collect();
+    let period_s = run.sample_period_s();
+    let mut still = Still::of(position, &stretches, period_s);
+    let mut found = Vec::new();
+    while found.len() < MOST_LINES {
+        let Some(frequency) = still.line() else { break };
+        still.take_out(frequency);
+        found.push(frequency);
+    }
+    found
+}
+
+/// Samples without the sines of these frequencies, their mean and trend kept; as they are where they are too few.
+pub fn without(samples: &[f64], frequencies: &[f64], period_s: f64) -> Vec<f64> {
+    let columns = 2 + 2 * frequencies.len();
+    if frequencies.is_empty() || samples.len() < 4 * columns {
+        return samples.to_vec();
+    }
+    let middle = 0.5 * (samples.len() - 1) as f64;
+    let matrix = DMatrix::from_fn(samples.len(), columns, |row, column| {
+        let place = row as f64 - middle;
+        match column {
+            0 => 1.0,
+            1 => place / middle,
+            _ => {
+                let angle = TAU * frequencies[(column - 2) / 2] * place * period_s;
+                if column % 2 == 0 { angle.sin() } else { angle.cos() }
+            }
+        }
+    });
+    let target = DVector::from_column_slice(samples);
+    // Frequencies that two runs share are there twice: the pseudo-inverse takes them as one.
+    let Ok(solution) = matrix.clone().svd(true, true).solve(&target, 1e-9) else { return samples.to_vec() };
+    let sines = matrix.columns(2, columns - 2) * solution.rows(2, columns - 2);
+    samples.iter().zip(&sines).map(|(sample, sine)| sample - sine).collect()
+}
+
+/// Position at the standstills of a run, mean and trend of each taken out.
+struct Still {
+    /// Times of the samples in s, standstill by standstill.
+    times: Vec<Vec<f64>>,
+    rests: Vec<Vec<f64>>,
+    length_s: f64,
+    period_s: f64,
+}
+
+impl Still {
+    fn of(position: &[f64], stretches: &[Range<usize>], period_s: f64) -> Self {
+        let times = stretches.iter().map(|s| s.clone().map(|k| k as f64 * period_s).collect()).collect();
+        let rests = stretches.iter().map(|s| levelled(&position[s.clone()])).collect();
+        let length_s = stretches.iter().map(|s| s.len() as f64 * period_s).sum();
+        Self { times, rests, length_s, period_s }
+    }
+
+    /// The strongest line that stands out.
+    fn line(&self) -> Option<f64> {
+        let (from, to) = (LEAST_PERIODS / self.length_s, HIGHEST / self.period_s);
+        let step = 1.0 / (OVERSAMPLING as f64 * self.length_s);
+        let count = (((to - from) / step).max(0.0) as usize).min(MOST_FREQUENCIES);
+        let gains: Vec<f64> =
+            (0..count).map(|k| self.fit(from + k as f64 * step).map_or(0.0, |(gain, _)| gain)).collect();
+        let best = (0..count).max_by(|&a, &b| gains[a].total_cmp(&gains[b]))?;
+        // The line's own ordinates, wider where standstills have gaps between them, are not its neighbours.
+        let (near, far) = (2 * OVERSAMPLING, (2 + NEIGHBOURS) * OVERSAMPLING);
+        let median = |range: Range<usize>| {
+            let mut own = gains[range].to_vec();
+            let middle = own.len() / 2;
+            (own.len() >= OVERSAMPLING * NEIGHBOURS / 3)
+                .then(|| *own.select_nth_unstable_by(middle, f64::total_cmp).1)
+        };
+        let below = median(best.saturating_sub(far)..best.saturating_sub(near));
+        let above = median((best + near).min(count)..(best + far).min(count));
+        let around = below.into_iter().chain(above).reduce(f64::max)?;
+        // The median of an exponential distribution is ln 2 of its mean.
+        let mean = around / std::f64::consts::LN_2;
+        (gains[best] > STANDS_OUT * mean && gains[best] > 0.0).then(|| self.refined(from + best as f64 * step, step))
+    }
+
+    /// The frequency near one of the grid that explains most.
+    fn refined(&self, frequency: f64, step: f64) -> f64 {
+        let gain = |f: f64| self.fit(f).map_or(0.0, |(gain, _)| gain);
+        let (mut low, mut high) = (frequency - step, frequency + step);
+        for _ in 0..30 {
+            let third = (high - low) / 3.0;
+            if gain(low + third) < gain(high - third) { low += third } else { high -= third }
+        }
+        0.5 * (low + high)
+    }
+
+    fn columns(&self, frequency: f64) -> [Vec<Vec<f64>>; 2] {
+        let of = |wave: fn(f64) -> f64| -> Vec<Vec<f64>> {
+            let column = |times: &Vec<f64>| -> Vec<f64> {
+                levelled(&times.iter().map(|t| wave(TAU * frequency * t)).collect::<Vec<f64>>())
+            };
+            self.times.iter().map(column).collect()
+        };
+        [of(f64::sin), of(f64::cos)]
+    }
+
+    /// Sum of squares that a sine explains, and its coefficients.
+    fn fit(&self, frequency: f64) -> Option<(f64, [f64; 2])> {
+        let [sine, cosine] = self.columns(frequency);
+        let dot = |a: &[Vec<f64>], b: &[Vec<f64>]| -> f64 {
+            a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum()
+        };
+        let normal = nalgebra::Matrix2::new(
+            dot(&sine, &sine),
+            dot(&sine, &cosine),
+            dot(&sine, &cosine),
+            dot(&cosine, &cosine),
+        );
+        let right = nalgebra::Vector2::new(dot(&sine, &self.rests), dot(&cosine, &self.rests));
+        let solution = normal.try_inverse()? * right;
+        Some((solution.dot(&right), [solution.x, solution.y]))
+    }
+
+    fn take_out(&mut self, frequency: f64) {
+        let Some((_, [s, c])) = self.fit(frequency) else { return };
+        let [sine, cosine] = self.columns(frequency);
+        let columns = sine.iter().flatten().zip(cosine.iter().flatten());
+        for (rest, (sine, cosine)) in self.rests.iter_mut().flatten().zip(columns) {
+            *rest -= s * sine + c * cosine;
+        }
+    }
+}
+
+/// Samples about their straight line.
+pub fn levelled(samples: &[f64]) -> Vec<f64> {
+    let count = samples.len() as f64;
+    let (mean, middle) = (samples.iter().sum::<f64>() / count, 0.5 * (count - 1.0));
+    let (mut cross, mut spread) = (0.0, 0.0);
+    for (k, sample) in samples.iter().enumerate() {
+        cross += (k as f64 - middle) * (sample - mean);
+        spread += (k as f64 - middle).powi(2);
+    }
+    let slope = if spread > 0.0 { cross / spread } else { 0.0 };
+    samples.iter().enumerate().map(|(k, y)| y - mean - slope * (k as f64 - middle)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Deterministic noise of unit variance, near enough.
+    fn noise(k: usize) -> f64 {
+        let hash = (k as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ 0x5DEE_CE66;
+        let hash = (hash ^ (hash >> 31)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+        ((hash >> 11) as f64 / (1u64 << 53) as f64 - 0.5) * 12.0_f64.sqrt()
+    }
+
+    #[test]
+    fn exact_line_is_found_over_two_standstills_and_noise_is_none() {
+        let (period_s, stretches) = (2e-3, [0..200, 700..1000]);
+        let shaken: Vec<f64> =
+            (0..1000).map(|k| noise(k) + 3.0 * (TAU * 11.3 * k as f64 * period_s + 0.4).sin()).collect();
+        let line = Still::of(&shaken, &stretches, period_s).line().unwrap();
+        assert!((line - 11.3).abs() < 0.1, "{line}");
+        let quiet: Vec<f64> = (0..1000).map(noise).collect();
+        assert_eq!(Still::of(&quiet, &stretches, period_s).line(), None);
+        let left = levelled(&without(&shaken[700..], &[line], period_s));
+        let variance = left.iter().map(|x| x * x).sum::<f64>() / left.len() as f64;
+        assert!((0.7..1.3).contains(&variance), "{variance}");
+    }
+}

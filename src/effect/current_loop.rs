@@ -1,0 +1,102 @@
+//! Bandwidth of the current loop off its stated value.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::drive::motor::Circuit;
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// A current loop slower or faster than stated, or one where the twin has none.
+///
+/// # Model
+/// The current follows its command with a first-order lag of `τ = 1/(2π·f_c)`. Of a stated
+/// [`CurrentLoop`](crate::drive::current_loop::CurrentLoop) the time constant changes; of a stated
+/// [`Direct`](crate::drive::motor::Direct) effort, which follows at once, τ is new.
+///
+/// # Validity
+/// Torque-controlled drives; the lag of a voltage-fed winding is its inductance. A lag much shorter than the sample period is
+/// a delay of τ.
+///
+/// # Source
+/// Leonhard, *Control of Electrical Drives*, 3rd ed. (2001): the closed current loop as a first-order lag.
+///
+/// ```
+/// use slideway::drive::motor::Circuit;
+/// use slideway::effect::CurrentLoop;
+/// let slow = CurrentLoop { bandwidth_hz: 1.0 / std::f64::consts::TAU };
+/// let Circuit::Winding { resistance_ohm, inductance_h, force_constant, .. } =
+///     slow.slowed(Circuit::Direct { force_per_volt: 40.0 })
+/// else {
+///     panic!("a lag has a state");
+/// };
+/// assert!((inductance_h / resistance_ohm - 1.0).abs() < 1e-12);
+/// assert_eq!(force_constant / resistance_ohm, 40.0);
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CurrentLoop {
+    /// f_c in Hz; more than zero.
+    pub bandwidth_hz: f64,
+}
+
+impl CurrentLoop {
+    /// The circuit with this lag.
+    pub fn slowed(&self, circuit: Circuit) -> Circuit {
+        let tau_s = 1.0 / (TAU * self.bandwidth_hz);
+        match circuit {
+            Circuit::Winding { resistance_ohm, force_constant, back_emf, .. } => Circuit::Winding {
+                resistance_ohm,
+                inductance_h: tau_s * resistance_ohm,
+                force_constant,
+                back_emf,
+            },
+            Circuit::Direct { force_per_volt } => Circuit::Winding {
+                resistance_ohm: 1.0,
+                inductance_h: tau_s,
+                force_constant: force_per_volt,
+                back_emf: 0.0,
+            },
+        }
+    }
+}
+
+/// Bandwidths from which a fit starts, as shares of the sample rate.
+const STARTS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
+/// Bandwidths that a fit may come to, as shares of the sample rate.
+const RANGE: (f64, f64) = (1e-4, 10.0);
+
+impl Law for CurrentLoop {
+    const SITE: Site = Site::Amplifier;
+    const PHRASE: &'static str = "a current loop slower or faster than stated";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("bandwidth_hz", "Hz")];
+
+    fn applies(constants: &Constants) -> bool {
+        !constants.has_voltage_fed_winding
+    }
+
+    fn fault(&self) -> Option<String> {
+        not_positive("bandwidth_hz", self.bandwidth_hz)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.circuit = self.slowed(constants.circuit);
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        match constants.circuit {
+            Circuit::Winding { resistance_ohm, inductance_h, .. } => {
+                vec![resistance_ohm / (TAU * inductance_h)]
+            }
+            Circuit::Direct { .. } => vec![f64::INFINITY],
+        }
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        STARTS.map(|share| vec![share / screen.sample_period_s()]).to_vec()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let rate = 1.0 / screen.sample_period_s();
+        vec![(RANGE.0 * rate, RANGE.1 * rate)]
+    }
+}

@@ -1,0 +1,86 @@
+//! Vibration from outside: a force in time.
+
+use super::law::{infinite, not_positive};
+use super::spectrum::lines;
+use super::{Constants, Door, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Vibration that comes from outside: a press beside the machine, a pump or a fan on it, the floor.
+///
+/// # Model
+/// ```text
+///   F = A·sin(2π·f·t + φ)
+/// ```
+/// on the moving part, along the axis' positive direction; t is the time of the session. A floor that shakes the base by b(t)
+/// acts on the moving part as −m·b̈(t). φ is not known of a recorded run, whose clock has nothing to do with the source: a
+/// diagnosis takes the one that suits the run best, unless the run states it
+/// (`set = { "effect.external_vibration.phase_rad" = 0.3 }`).
+///
+/// # Validity
+/// One steady frequency below half the sample rate, the same in all runs, at standstill too.
+///
+/// # Source
+/// Rivin (2003), *Passive Vibration Isolation*, section 1.
+///
+/// ```
+/// use slideway::effect::{ExternalVibration, Law};
+/// let pump = ExternalVibration { frequency_hz: 25.0, force_n: 3.0, phase_rad: 0.0 };
+/// assert!(pump.shake(0.0).abs() < 1e-12 && (pump.shake(0.01) - 3.0).abs() < 1e-12);
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExternalVibration {
+    /// f in Hz; more than zero.
+    pub frequency_hz: f64,
+    /// A in N, or N·m for a revolute axis.
+    #[serde(alias = "torque_nm")]
+    pub force_n: f64,
+    /// φ in rad.
+    #[serde(default)]
+    pub phase_rad: f64,
+}
+
+/// Frequencies from which a fit starts at most.
+const STARTS: usize = 3;
+/// A fit looks for the frequency between so many periods over the longest run and this share of the sample rate.
+const LEAST_PERIODS: f64 = 2.0;
+const HIGHEST: f64 = 0.4;
+
+impl Law for ExternalVibration {
+    const SITE: Site = Site::Structure;
+    const PHRASE: &'static str = "vibration from outside";
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::same("frequency_hz", "Hz"), Parameter::effort("force_n", "torque_nm")];
+    const DOORS: &'static [Door] = &[Door::Shake];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("frequency_hz", self.frequency_hz)
+            .or_else(|| infinite("force_n", self.force_n))
+            .or_else(|| infinite("phase_rad", self.phase_rad))
+    }
+
+    #[inline]
+    fn shake(&self, time_s: f64) -> f64 {
+        self.force_n * (TAU * self.frequency_hz * time_s + self.phase_rad).sin()
+    }
+
+    fn neutral(_constants: &Constants) -> Vec<f64> {
+        vec![f64::NAN, 0.0]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let lines = lines(screen, STARTS);
+        lines.into_iter().map(|line| vec![line.frequency_hz, line.amplitude]).collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let longest_s = screen
+            .runs
+            .iter()
+            .map(|run| run.velocity.len() as f64 * run.period_s)
+            .fold(screen.sample_period_s(), f64::max);
+        let frequency = (LEAST_PERIODS / longest_s, HIGHEST / screen.sample_period_s());
+        vec![frequency, (0.0, screen.largest_force)]
+    }
+}

@@ -1,0 +1,72 @@
+//! Friction that fades or grows over the session.
+
+use super::law::infinite;
+use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// Friction drift: dry friction fades while lubricant warms and spreads, or grows while a guide runs dry.
+///
+/// # Model
+/// The level of dry friction, that in proportion to load included, is `(1 + r·t)` times its value at the beginning of the
+/// session, t the time since then; never below zero. Friction of one place does not drift.
+///
+/// # Validity
+/// Sessions short against the time in which friction settles: the first-order part of `1 + d·(1 − e^(−t/τ))` with r = d/τ.
+/// When each run begins within the session, [`Recording::new`](crate::recording::Recording::new) says.
+///
+/// # Source
+/// First-order part of an exponential warm-up; Bittencourt, Gunnarsson (2012), *Static friction in a robot joint: modeling and
+/// identification of load and temperature effects*.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FrictionDrift {
+    /// r in 1/s; below zero where friction fades.
+    pub rate_per_s: f64,
+}
+
+/// Growth over a session at most, as a multiple of the level at its beginning.
+const MOST_GROWTH: f64 = 10.0;
+
+/// The session's length in s.
+fn length_s(screen: &Screen) -> f64 {
+    screen.clock_s.iter().fold(f64::MIN_POSITIVE, |most, t| f64::max(most, *t))
+}
+
+impl Law for FrictionDrift {
+    const SITE: Site = Site::Guide;
+    const PHRASE: &'static str = "friction that drifts over the session";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("rate_per_s", "1/s")];
+    const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
+
+    fn fault(&self) -> Option<String> {
+        infinite("rate_per_s", self.rate_per_s)
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.friction.drift_per_s = self.rate_per_s;
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.friction.drift_per_s]
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let direction = screen.directions();
+        let drifting: Vec<f64> = direction.iter().zip(&screen.clock_s).map(|(s, t)| s * t).collect();
+        let ones = vec![1.0; direction.len()];
+        let columns = [screen.acceleration.clone(), screen.velocity.clone(), direction, ones, drifting];
+        let (own, stated) =
+            screen.constants.as_ref().map_or((0.0, 0.0), |c| (c.friction.coulomb, c.friction.drift_per_s));
+        let rate = match screen.regress(&columns).as_deref() {
+            Some([_, _, sign, _, growth]) if own - sign > 0.0 => (own * stated - growth) / (own - sign),
+            _ => 0.0,
+        };
+        let length_s = length_s(screen);
+        vec![vec![rate.clamp(-0.9 / length_s, MOST_GROWTH / length_s)]]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let length_s = length_s(screen);
+        vec![(-1.0 / length_s, MOST_GROWTH / length_s)]
+    }
+}

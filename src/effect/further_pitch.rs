@@ -1,0 +1,72 @@
+//! Cogging and force ripple of further pitches.
+
+use super::{Cogging, Constants, Door, EffectId, ForceRipple, Law, Parameter, Screen, Site};
+use serde::{Deserialize, Serialize};
+
+/// A further pitch of a law that repeats along the axis, beside those that are there already.
+macro_rules! further {
+    ($name:ident, $law:ident, $modified:ident, $group:literal, $phrase:literal, $what:literal) => {
+        #[doc = $what]
+        ///
+        /// # Model
+        /// The law of the first pitch, with a pitch of its own, added to it. Motors have several: of the magnets, of the slots, of
+        /// their least common multiple, and of a turn; each has two harmonics here.
+        ///
+        /// # Validity
+        /// As the law of the first pitch. It is looked for once the pitch before it is there.
+        ///
+        /// # Source
+        /// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8; Zhu, Howe (2000), *Influence of design
+        /// parameters on cogging torque in permanent magnet machines*: orders of slots, poles and their least common multiple.
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[serde(transparent)]
+        pub struct $name(pub $law);
+
+        impl Law for $name {
+            const SITE: Site = <$law as Law>::SITE;
+            const PHRASE: &'static str = $phrase;
+            const PARAMETERS: &'static [Parameter] = <$law as Law>::PARAMETERS;
+            const MODIFIES: &'static [EffectId] = &[EffectId::$modified];
+            const FOLLOWS: bool = true;
+            const GROUP: Option<&'static str> = Some($group);
+            const DOORS: &'static [Door] = <$law as Law>::DOORS;
+
+            fn fault(&self) -> Option<String> {
+                self.0.fault()
+            }
+
+            #[inline]
+            fn push(&self, position: f64, velocity: f64) -> f64 {
+                self.0.push(position, velocity)
+            }
+
+            #[inline]
+            fn ripple(&self, position: f64) -> f64 {
+                self.0.ripple(position)
+            }
+
+            fn neutral(constants: &Constants) -> Vec<f64> {
+                $law::neutral(constants)
+            }
+
+            fn start(screen: &Screen) -> Vec<Vec<f64>> {
+                $law::start(screen)
+            }
+
+            fn range(screen: &Screen) -> Vec<(f64, f64)> {
+                $law::range(screen)
+            }
+        }
+    };
+}
+
+further!(SecondCogging, Cogging, Cogging, "cogging", "cogging of a second pitch", "Cogging of a second pitch.");
+further!(ThirdCogging, Cogging, SecondCogging, "cogging", "cogging of a third pitch", "Cogging of a third pitch.");
+further!(
+    SecondForceRipple,
+    ForceRipple,
+    ForceRipple,
+    "force_ripple",
+    "force ripple of a second pitch",
+    "Force ripple of a second pitch."
+);

@@ -1,0 +1,111 @@
+//! Friction of one place of the travel.
+
+use super::law::{infinite, not_positive};
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::guide::Local;
+use serde::{Deserialize, Serialize};
+
+/// Local friction: a worn, dirty or tight spot of the guide, or one that runs easier than the rest.
+///
+/// # Model
+/// The level of dry friction has a bump along the travel:
+/// ```text
+///   local(x) = F_l·½·(1 + cos(2π·(x − x_l)/w))   for |x − x_l| < w/2, else 0
+/// ```
+/// F_l above zero brakes more there, below zero less; no level falls below zero. It stands by itself or beside the other
+/// features of [`DryFriction`](crate::guide::DryFriction).
+///
+/// # Validity
+/// One spot, the same in both directions. The bump is taken in the middle of each step.
+///
+/// # Source
+/// Position-dependent friction of ball-screw and linear guides: Altintas, Verl, Brecher, Uriarte, Pritschow (2011), *Machine
+/// tool feed drives*, CIRP Annals 60/2, section 4.
+///
+/// ```
+/// use slideway::guide::Local;
+/// let spot = Local { force: 8.0, centre: 0.05, width: 0.02 };
+/// assert_eq!((spot.at(0.05), spot.at(0.06), spot.at(0.04)), (8.0, 0.0, 0.0));
+/// assert!((spot.at(0.055) - 4.0).abs() < 1e-12);
+/// ```
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LocalFriction {
+    /// F_l in N, or N·m for a revolute axis.
+    #[serde(alias = "torque_nm")]
+    pub force_n: f64,
+    /// x_l in m, or rad.
+    #[serde(alias = "centre_rad")]
+    pub centre_m: f64,
+    /// w in m, or rad; more than zero.
+    #[serde(alias = "width_rad")]
+    pub width_m: f64,
+}
+
+/// Centres and widths tried along the travel, the widths as shares of it.
+const CENTRES: usize = 25;
+const WIDTHS: [f64; 4] = [0.1, 0.2, 0.4, 0.7];
+/// Starts of a fit.
+const STARTS: usize = 3;
+/// Narrower than this share of the travel no fit looks.
+const NARROWEST: f64 = 5e-3;
+
+impl Law for LocalFriction {
+    const SITE: Site = Site::Guide;
+    const PHRASE: &'static str = "friction of one place of the travel";
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::effort("force_n", "torque_nm"),
+        Parameter::length("centre_m", "centre_rad"),
+        Parameter::length("width_m", "width_rad"),
+    ];
+
+    fn fault(&self) -> Option<String> {
+        infinite("force_n", self.force_n)
+            .or_else(|| infinite("centre_m", self.centre_m))
+            .or_else(|| not_positive("width_m", self.width_m))
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.friction.local =
+            Some(Local { force: self.force_n, centre: self.centre_m, width: self.width_m });
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        match constants.friction.local {
+            Some(Local { force, centre, width }) => vec![force, centre, width],
+            None => vec![0.0, f64::NAN, f64::NAN],
+        }
+    }
+
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        let Some(beside) = screen.beside_base() else { return Vec::new() };
+        let (direction, travel) = (screen.directions(), screen.travel());
+        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
+        for width in WIDTHS.map(|share| share * travel) {
+            for k in 0..CENTRES {
+                let centre = screen.middle() + ((k as f64 + 0.5) / CENTRES as f64 - 0.5) * travel;
+                let column = |k: usize| -direction[k] * Local::shape((screen.position[k] - centre) / width);
+                found.extend(beside.explain(column).map(|(force, gain)| (gain, vec![force, centre, width])));
+            }
+        }
+        found.sort_by(|a, b| b.0.total_cmp(&a.0));
+        let mut starts: Vec<Vec<f64>> = Vec::new();
+        for (_, start) in found {
+            // One start a place: neighbours lead to the same minimum.
+            if starts.iter().all(|other| (other[1] - start[1]).abs() > 0.25 * (other[2] + start[2])) {
+                starts.push(start);
+            }
+            if starts.len() == STARTS {
+                break;
+            }
+        }
+        starts
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        let (force, travel) = (screen.largest_force, screen.travel());
+        let half = 0.5 * travel;
+        let middle = screen.middle();
+        vec![(-force, force), (middle - half, middle + half), (NARROWEST * travel, 2.0 * travel)]
+    }
+}

@@ -1,0 +1,62 @@
+//! Scale of a logged current or effort off its stated value.
+
+use super::law::not_positive;
+use super::{Constants, Law, Parameter, Screen, Site};
+use crate::sensor::LogScale;
+use serde::{Deserialize, Serialize};
+
+/// A logged current or control effort whose unit is not the stated one: per cent taken for ampere, peak for RMS, a gain of the
+/// analogue output.
+///
+/// # Model
+/// ```text
+///   current as logged = f_i·i        effort as logged = f_u·u
+/// ```
+/// The machine itself does what it does: only the log is wrong.
+///
+/// # Validity
+/// Signals that were logged; the factor of one that was not stays 1. Where a current drives the replay, its factor f_i is
+/// exactly a force constant off by 1/f_i: only a logged force or effort tells them apart.
+///
+/// # Source
+/// Unit conversion; RMS and peak of a phase current differ by √2.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct SensorScale {
+    /// f_i, more than zero.
+    #[serde(default = "one")]
+    pub current: f64,
+    /// f_u, more than zero.
+    #[serde(default = "one")]
+    pub effort: f64,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+impl Law for SensorScale {
+    const SITE: Site = Site::Sensor;
+    const PHRASE: &'static str = "a logged signal in the wrong scale";
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("current", "1"), Parameter::same("effort", "1")];
+
+    fn fault(&self) -> Option<String> {
+        not_positive("current", self.current).or_else(|| not_positive("effort", self.effort))
+    }
+
+    fn alter(&self, constants: &mut Constants) {
+        constants.log_scale = LogScale { current: self.current, effort: self.effort };
+    }
+
+    fn neutral(constants: &Constants) -> Vec<f64> {
+        vec![constants.log_scale.current, constants.log_scale.effort]
+    }
+
+    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
+        vec![vec![1.0, 1.0]]
+    }
+
+    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(1e-3, 1e3); 2]
+    }
+}
