@@ -123,7 +123,7 @@ fn probability(found: &Found, effect: EffectId) -> f64 {
 fn better(found: &Found, other: &Candidate, probability: f64) -> Option<f64> {
     let own = found.posterior[found.chosen];
     let chosen = found.candidates[found.chosen].effects();
-    let likelihood = |probability: f64, effects: &EffectSet| probability.ln() + price(effects);
+    let likelihood = |probability: f64, effects: &EffectSet| probability.ln() + price(effects, &found.stated);
     (own > 0.0 && probability > 0.0)
         .then(|| likelihood(probability, other.effects()) - likelihood(own, chosen))
 }
@@ -133,6 +133,7 @@ fn better(found: &Found, other: &Candidate, probability: f64) -> Option<f64> {
 fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     let chosen = found.candidates[found.chosen].effects();
     let is_as_good = |candidate: &Candidate, probability: f64| {
+        let price = |effects: &EffectSet| price(effects, &found.stated);
         let dearer = (price(candidate.effects()) - price(chosen)).max(0.0);
         better(found, candidate, probability).is_some_and(|b| b > -INDISTINCT && b < dearer + INDISTINCT)
     };

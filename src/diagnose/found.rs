@@ -4,6 +4,7 @@ use super::evidence::{LEAST_EXCESS, Score, bootstrap};
 use super::fit::{Fit, Sensitivities};
 use super::hypothesis::{EffectSet, Freedom};
 use super::proposals::Proposals;
+use crate::effect::EffectId;
 use std::collections::BTreeMap;
 
 /// A hypothesis fitted on training runs and scored on held-out runs.
@@ -34,6 +35,8 @@ pub struct Found {
     pub chosen: usize,
     /// Posterior probability of each candidate.
     pub posterior: Vec<f64>,
+    /// Effects that the twin has already.
+    pub(super) stated: EffectSet,
     /// What fits that build on a candidate need of it.
     pub(super) bases: BTreeMap<usize, Base>,
 }
@@ -46,6 +49,9 @@ pub(super) struct Base {
 
 /// An effect more must be worth this much log-likelihood: a prior of 1 in 100 for each effect.
 pub const PRICE_PER_EFFECT: f64 = 4.605;
+/// The same for an effect that the twin has already, whose number is found beyond its tolerance: 1 in 10. Numbers of what is
+/// there change more often than something new comes; of two that predict alike, the change is ten times likelier.
+const PRICE_PER_CHANGE: f64 = 2.303;
 /// An improvement must pay its price in this share of bootstrap draws over blocks of the held-out runs: it must
 /// not rest on one or two moments.
 const CERTAIN: f64 = 0.95;
@@ -86,7 +92,7 @@ impl Found {
     /// Log-likelihood less the price of the effects.
     pub(super) fn merit(&self, index: usize) -> f64 {
         let candidate = &self.candidates[index];
-        self.likelihood(index) - price(candidate.effects()) - candidate.fit.strain()
+        self.likelihood(index) - price(candidate.effects(), &self.stated) - candidate.fit.strain()
     }
 
     /// Whether the twin as it is, calibrated inside its tolerances, leaves of the held-out runs what noise leaves, and no cause
@@ -233,9 +239,10 @@ impl Found {
     }
 }
 
-/// What a set of effects must be worth in log-likelihood.
-pub fn price(effects: &EffectSet) -> f64 {
-    effects.iter().map(|effect| PRICE_PER_EFFECT + effect.rarity()).sum()
+/// What a set of effects must be worth in log-likelihood, beside a twin that has those `stated`.
+pub fn price(effects: &EffectSet, stated: &EffectSet) -> f64 {
+    let of = |effect: &EffectId| if stated.contains(effect) { PRICE_PER_CHANGE } else { PRICE_PER_EFFECT };
+    effects.iter().map(|effect| of(effect) + effect.rarity()).sum()
 }
 
 fn reference(candidates: &[Candidate]) -> &Score {
@@ -261,7 +268,7 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
             if !stands[k] {
                 return f64::NEG_INFINITY;
             }
-            likelihood(k) - price(candidate.effects()) - candidate.fit.strain()
+            likelihood(k) - price(candidate.effects(), &found.stated) - candidate.fit.strain()
         };
         let merits: Vec<f64> = candidates.iter().enumerate().map(merit).collect();
         let most = merits.iter().copied().fold(f64::MIN, f64::max);
@@ -277,7 +284,6 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
 pub(super) mod tests {
     use super::*;
     use crate::diagnose::hypothesis::{Free, Hypothesis};
-    use crate::effect::EffectId;
 
     pub(in crate::diagnose) const COULOMB: EffectId = EffectId::CoulombFriction;
     pub(in crate::diagnose) const BACKLASH: EffectId = EffectId::Backlash;
@@ -308,7 +314,7 @@ pub(super) mod tests {
     }
 
     pub(in crate::diagnose) fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {
-        Found { candidates, chosen, posterior: vec![], bases: BTreeMap::new() }
+        Found { candidates, chosen, posterior: vec![], stated: EffectSet::new(), bases: BTreeMap::new() }
     }
 
     /// Beside a gap of 100, what closes half of the rest is named, what closes 0.3 % of all is named, and less is not.
@@ -354,6 +360,21 @@ pub(super) mod tests {
         assert_eq!(decided(pair(1.0, 99.0), 0.8), None);
         assert_eq!(decided(pair(10.0, 40.0), 0.8), None);
         assert_eq!(decided(candidate(&[BACKLASH], 1.0, 40.0), 0.8), None);
+    }
+
+    /// Of two that predict alike, a change of what the twin has is likelier than something new.
+    #[test]
+    fn exact_change_comes_before_novelty() {
+        let all = || {
+            let one = |effect| candidate(&[effect], 1.0, 2.0);
+            vec![candidate(&[], 0.0, 1e4), one(BACKLASH), one(COULOMB)]
+        };
+        let mut found = found(all(), 1);
+        found.stated = EffectSet::from([COULOMB]);
+        let before = Score::even(1e4);
+        let posterior = posterior(&found, &before);
+        assert!((posterior[2] / posterior[1] - 10.0).abs() < 0.01, "{posterior:?}");
+        assert_eq!(found.best_of(&[1, 2]), Some(2));
     }
 
     /// A calibrated twin that leaves no gap settles it, unless a cause predicts overwhelmingly better.

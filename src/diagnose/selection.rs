@@ -47,8 +47,15 @@ impl Search<'_> {
     /// # Errors
     /// Whatever a replay refuses.
     pub fn run(&self, before: &Score) -> Result<Found> {
-        let mut found =
-            Found { candidates: Vec::new(), chosen: 0, posterior: Vec::new(), bases: BTreeMap::new() };
+        let description = self.machine.description();
+        let stated = EffectId::ALL.iter().copied().filter(|effect| description.effect.contains(*effect));
+        let mut found = Found {
+            candidates: Vec::new(),
+            chosen: 0,
+            posterior: Vec::new(),
+            stated: stated.collect(),
+            bases: BTreeMap::new(),
+        };
         let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
         let calibrated = nothing.map(|h| self.evaluate(&h, None, Care::Thorough)).transpose()?;
         found.candidates.extend(calibrated);

@@ -62,7 +62,8 @@ pub fn shape(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Re
         let (s, c) = (rate * m.position).sin_cos();
         vec![s, c]
     };
-    let best = pitches(&screen, &screen.missing_force, wave, 1).into_iter().next();
+    let found = pitches(&screen, &screen.missing_force, wave, 1);
+    let best = found.into_iter().max_by(|a, b| a.share.total_cmp(&b.share));
     let repeats_every =
         best.filter(|p| p.share >= NOTABLE).map(|p| Repeats { pitch: p.period, share: p.share });
     let sentence = sentence(&place, &follows, repeats_every.as_ref(), machine.motion());

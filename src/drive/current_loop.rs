@@ -41,6 +41,9 @@ pub struct CurrentLoop {
     /// Points of the moving body's frame at which the force attacks, in m; each takes an equal share.
     #[serde(default)]
     pub lines_of_action_m: Vec<[f64; 3]>,
+    /// Pitch of the magnets (a north and a south pole) along the axis in m, or rad; a diagnosis tries it first.
+    #[serde(default, skip_serializing_if = "Option::is_none", alias = "magnet_pitch_rad")]
+    pub magnet_pitch_m: Option<f64>,
 }
 
 fn one_ampere() -> f64 {
@@ -82,6 +85,7 @@ mod tests {
         force_constant_n_per_a: 0.5,
         current_limit_a: Some(6.0),
         lines_of_action_m: Vec::new(),
+        magnet_pitch_m: None,
     };
 
     #[test]

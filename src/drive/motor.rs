@@ -44,6 +44,9 @@ pub struct Winding {
     /// Points of the moving body's frame at which the force attacks, in m; each takes an equal share.
     #[serde(default)]
     pub lines_of_action_m: Vec<[f64; 3]>,
+    /// Pitch of the magnets (a north and a south pole) along the axis in m, or rad; a diagnosis tries it first.
+    #[serde(default, skip_serializing_if = "Option::is_none", alias = "magnet_pitch_rad")]
+    pub magnet_pitch_m: Option<f64>,
 }
 
 /// An effort that follows the commanded voltage without delay: `F = K·u`.
@@ -56,6 +59,9 @@ pub struct Direct {
     /// Points of the moving body's frame at which the force attacks, in m; each takes an equal share.
     #[serde(default)]
     pub lines_of_action_m: Vec<[f64; 3]>,
+    /// Pitch of the magnets (a north and a south pole) along the axis in m, or rad; a diagnosis tries it first.
+    #[serde(default, skip_serializing_if = "Option::is_none", alias = "magnet_pitch_rad")]
+    pub magnet_pitch_m: Option<f64>,
 }
 
 impl Motor {
@@ -65,6 +71,15 @@ impl Motor {
             Self::Winding(winding) => &winding.lines_of_action_m,
             Self::CurrentLoop(current_loop) => &current_loop.lines_of_action_m,
             Self::Direct(direct) => &direct.lines_of_action_m,
+        }
+    }
+
+    /// Pitch of the magnets along the axis in m or rad, where it is stated.
+    pub fn magnet_pitch(&self) -> Option<f64> {
+        match self {
+            Self::Winding(winding) => winding.magnet_pitch_m,
+            Self::CurrentLoop(current_loop) => current_loop.magnet_pitch_m,
+            Self::Direct(direct) => direct.magnet_pitch_m,
         }
     }
 

@@ -39,6 +39,11 @@ fn direct() -> f64 {
 }
 
 impl Transmission {
+    /// Travel of the joint in a turn of the motor, 2π/n, in m or rad: the lead of a screw.
+    pub fn turn(&self) -> f64 {
+        std::f64::consts::TAU / self.ratio.abs()
+    }
+
     /// J·n²: kg·m², or kg for a sliding axis.
     pub fn inertia_at_joint(&self) -> f64 {
         self.rotor_inertia_kg_m2 * self.ratio * self.ratio

@@ -18,6 +18,9 @@ pub struct Constants {
     pub amplifier: Amplifier,
     /// Motor circuit.
     pub circuit: Circuit,
+    /// Pitches at which something may repeat, as the machine file states them: of the magnets, of a screw, of a turn of the
+    /// motor; m or rad.
+    pub stated_pitches: Vec<f64>,
     /// Whether the circuit is a winding fed with voltage, not a current loop with the equation of one.
     pub has_voltage_fed_winding: bool,
     /// Moving mass in kg, or inertia about the joint's axis in kg·m².

@@ -47,7 +47,7 @@ const ENOUGH: f64 = 0.5;
 /// A pitch is a peak if no better one lies this many grid points around it.
 const PEAK_WIDTH: usize = 4;
 
-/// The pitches that explain most of `target`, best first, at most `most` of them.
+/// The pitches that the machine's file states, then those that explain most of `target`, best first, at most `most` of them.
 ///
 /// # Model
 /// For each pitch p of a grid that is even in 1/p, `target ≈ base·b + columns(2π/p)·c` by least squares over the
@@ -83,17 +83,16 @@ pub fn pitches(
             .iter()
             .any(|&j| (found[j].0 / found[k].0 - 2.0).abs() < SAME_PITCH && found[j].1 > AS_MUCH * found[k].1)
     };
-    peaks
-        .iter()
-        .copied()
-        .filter(|&k| !doubled(k))
-        .take(most)
-        .map(|k| Pitch {
-            period: 1.0 / found[k].0,
-            coefficients: found[k].2.clone(),
-            share: found[k].1 / grid.rest.norm_squared().max(f64::MIN_POSITIVE),
-        })
-        .collect()
+    let pitch = |frequency: f64, gain: f64, coefficients: Vec<f64>| Pitch {
+        period: 1.0 / frequency,
+        coefficients,
+        share: gain / grid.rest.norm_squared().max(f64::MIN_POSITIVE),
+    };
+    let stated = screen.stated_pitches().into_iter().filter_map(|period| {
+        grid.explain(TAU / period, &columns).map(|(gain, c)| pitch(1.0 / period, gain, c))
+    });
+    let seen = peaks.iter().copied().filter(|&k| !doubled(k)).take(most);
+    stated.chain(seen.map(|k| pitch(found[k].0, found[k].1, found[k].2.clone()))).collect()
 }
 
 struct Grid {

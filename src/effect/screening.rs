@@ -133,6 +133,12 @@ impl Screen {
         }
     }
 
+    /// Pitches that the machine's file states and of which the travel has enough.
+    pub fn stated_pitches(&self) -> Vec<f64> {
+        let stated = self.constants.as_ref().map_or(&[][..], |c| &c.stated_pitches);
+        stated.iter().copied().filter(|pitch| *pitch <= BEYOND_TRAVEL * self.longest_pitch()).collect()
+    }
+
     /// Pitches that a fit may come to: what is longer than the travel is a spring.
     pub fn period_range(&self) -> (f64, f64) {
         (3e-4 * self.longest_pitch(), BEYOND_TRAVEL * self.longest_pitch())

@@ -42,6 +42,9 @@ pub struct Description {
     /// What lies between motor and joint; absent: the motor drives the joint directly.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transmission: Option<Transmission>,
+    /// The screw, where the axis is one's nut.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub screw: Option<Screw>,
     /// The guide.
     #[serde(default)]
     pub guide: Guide,
@@ -71,6 +74,15 @@ pub struct Description {
     /// Diagnoses that wrote values into this file, the newest last; nothing that the twin reads.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub provenance: Vec<Provenance>,
+}
+
+/// A screw that moves the axis: where errors that repeat with its turns are looked for. What the motor's side of it weighs is
+/// the transmission's.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Screw {
+    /// Travel in one turn, in m.
+    pub lead_m: f64,
 }
 
 /// The machine base.
@@ -135,7 +147,7 @@ impl Description {
                 let modified: Vec<&str> = orphan.modifies().iter().map(|effect| effect.name()).collect();
                 Err(Error::new(ErrorKind::Inconsistent)
                     .key(format!("effect.{}", orphan.name()))
-                    .found("a feature of friction without the friction that it modifies")
+                    .found("a feature without what it modifies")
                     .expected(format!("effect.{} stated too", modified.join(" or effect.")))
                     .remedy("state it, or take the feature out"))
             }
@@ -225,6 +237,12 @@ impl Description {
         zero_or_more("amplifier.delay_s", self.amplifier.delay_s)?;
         zero_or_more("amplifier.dead_zone_v", self.amplifier.dead_zone_v)?;
         finite("amplifier.offset_v", self.amplifier.offset_v)?;
+        if let Some(pitch) = self.motor.magnet_pitch() {
+            positive("motor.magnet_pitch_m", pitch)?;
+        }
+        if let Some(screw) = &self.screw {
+            positive("screw.lead_m", screw.lead_m)?;
+        }
         if let Some(supply) = self.amplifier.supply_v {
             positive("amplifier.supply_v", supply)?;
         }

@@ -12,7 +12,7 @@ pub mod provenance;
 mod tolerance;
 mod write;
 
-pub use description::{Base, Description, ReferenceGenerator};
+pub use description::{Base, Description, ReferenceGenerator, Screw};
 pub use plans::{CrosscheckPlan, TunePlan, Vary};
 pub use provenance::Provenance;
 pub use tolerance::Tolerance;
@@ -216,6 +216,14 @@ impl Machine {
                 Some(transmission) => transmission.at_joint(Circuit::from(&d.motor)),
                 None => Circuit::from(&d.motor),
             },
+            stated_pitches: [
+                d.motor.magnet_pitch(),
+                d.screw.as_ref().map(|screw| screw.lead_m),
+                d.transmission.as_ref().map(Transmission::turn),
+            ]
+            .into_iter()
+            .flatten()
+            .collect(),
             has_voltage_fed_winding: matches!(d.motor, Motor::Winding(_)),
             moving_mass: self.solid.moving_inertia_along_joint() + rotor_inertia,
             rotor_inertia,
