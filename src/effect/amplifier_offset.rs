@@ -1,7 +1,7 @@
 //! A voltage at zero command.
 
 use super::law::infinite;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Offset of the amplifier: the voltage that it applies at zero command.
@@ -48,5 +48,11 @@ impl Law for AmplifierOffset {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(-screen.largest_voltage(), screen.largest_voltage())]
+    }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

@@ -1,6 +1,6 @@
 //! Friction that differs between the two directions.
 
-use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use super::{Constants, EffectId, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// The guide's Coulomb and viscous friction differ between the two directions.
@@ -93,6 +93,12 @@ impl Law for AsymmetricFriction {
 
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(-1.0, 1.0), (-1.0, 1.0)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }
 

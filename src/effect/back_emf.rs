@@ -1,7 +1,7 @@
 //! Back-EMF off its stated value.
 
-use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::law::{NOTHING_TO_CHANGE, negative};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -28,10 +28,6 @@ impl Law for BackEmf {
     const PHRASE: &'static str = "back-EMF off its stated value";
     const PARAMETERS: &'static [Parameter] =
         &[Parameter::differing("back_emf_v_s_per_m", "back_emf_v_s_per_rad", "V·s/m", "V·s/rad")];
-
-    fn applies(constants: &Constants) -> bool {
-        constants.has_voltage_fed_winding
-    }
 
     fn fault(&self) -> Option<String> {
         negative("back_emf_v_s_per_m", self.back_emf_v_s_per_m)
@@ -66,5 +62,11 @@ impl Law for BackEmf {
             _ => 1.0,
         };
         vec![(0.0, most)]
+    }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
     }
 }

@@ -1,7 +1,7 @@
 //! Lost motion between motor and load.
 
-use super::law::negative;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::law::{LOAD_UNSEEN, negative};
+use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Backlash (lost motion): after a reversal the motor travels the gap before the load follows.
@@ -33,10 +33,6 @@ impl Law for Backlash {
     const PARAMETERS: &'static [Parameter] = &[Parameter::length("width_m", "width_rad")];
     const DOORS: &'static [Door] = &[Door::Transmission];
 
-    fn applies(constants: &Constants) -> bool {
-        constants.sees_load
-    }
-
     fn fault(&self) -> Option<String> {
         negative("width_m", self.width_m)
     }
@@ -59,5 +55,11 @@ impl Law for Backlash {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, 0.3 * screen.travel())]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.sees_load).then_some(LOAD_UNSEEN)
     }
 }

@@ -1,8 +1,8 @@
 //! A base mode off its stated value.
 
-use super::law::not_positive;
+use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::resonance::resonances;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -35,10 +35,6 @@ impl Law for BaseModeShift {
         Parameter::same("frequency_factor", "1"),
         Parameter::same("mass_factor", "1"),
     ];
-
-    fn applies(constants: &Constants) -> bool {
-        !constants.modes.is_empty()
-    }
 
     fn fault(&self) -> Option<String> {
         let counts = self.mode >= 1.0 && self.mode.fract() == 0.0;
@@ -83,5 +79,11 @@ impl Law for BaseModeShift {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let count = screen.constants.as_ref().map_or(1, |c| c.modes.len().max(1));
         vec![(1.0, count as f64), (0.2, 5.0), (0.1, 10.0)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        constants.modes.is_empty().then_some(NOTHING_TO_CHANGE)
     }
 }

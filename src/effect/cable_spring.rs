@@ -1,7 +1,7 @@
 //! A spring between moving part and base.
 
 use super::law::{infinite, negative};
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A spring to a point: a cable chain, bellows, a counterbalance.
@@ -70,5 +70,11 @@ impl Law for CableSpring {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let (middle, travel) = (screen.middle(), screen.travel());
         vec![(0.0, 10.0 * screen.largest_force / travel), (middle - 30.0 * travel, middle + 30.0 * travel)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

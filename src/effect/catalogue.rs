@@ -67,7 +67,17 @@ macro_rules! catalogue {
 
             /// Whether a machine with these constants can have the effect at all.
             pub fn applies(self, constants: &Constants) -> bool {
-                match self { $(Self::$law => <$law as Law>::applies(constants),)+ }
+                self.lacks(constants).is_none()
+            }
+
+            /// See [`Law::lacks`].
+            pub fn lacks(self, constants: &Constants) -> Option<&'static str> {
+                match self { $(Self::$law => <$law as Law>::lacks(constants),)+ }
+            }
+
+            /// See [`Law::STRETCH`].
+            pub fn stretch(self) -> Stretch {
+                match self { $(Self::$law => <$law as Law>::STRETCH,)+ }
             }
 
             /// Values of the parameters that leave the twin as its constants state it.

@@ -3,7 +3,7 @@
 use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Cogging (detent force): magnets and teeth attract each other, current or not.
@@ -75,5 +75,11 @@ impl Law for Cogging {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let force = screen.largest_force;
         [vec![screen.period_range()], vec![(-force, force); 4]].concat()
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

@@ -1,7 +1,7 @@
 //! A constant force along the axis.
 
 use super::law::infinite;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A constant force on the moving part: weight on a tilted guide, a hanging cable, a drive offset.
@@ -54,5 +54,11 @@ impl Law for ConstantForce {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(-screen.largest_force, screen.largest_force)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

@@ -1,11 +1,23 @@
 //! Gains of the controller that are not those stated, each an effect of its own.
 
 use super::law::{negative, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
 /// The group of effects that are gains of the controller.
 pub const CONTROLLER_GAIN: &str = "controller_gain";
+
+/// What is missing where no stated control law is another one once it is retuned.
+pub(super) fn gain_is_absent(
+    constants: &Constants,
+    retuned: impl Fn(&Controller) -> Controller,
+) -> Option<&'static str> {
+    match &constants.controller {
+        None => Some("The machine file states no controller."),
+        Some(law) => (retuned(law) == *law).then_some("The stated control law has no such gain."),
+    }
+}
 
 /// One gain of the controller: its name and what it is, phrase, factors of position, velocity and integral gain with f in the
 /// place of its own, the fault of f, its range.
@@ -35,11 +47,6 @@ macro_rules! gain {
             const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
             const GROUP: Option<&'static str> = Some(CONTROLLER_GAIN);
 
-            fn applies(constants: &Constants) -> bool {
-                let $f = 2.0;
-                constants.controller.as_ref().is_some_and(|law| law.with_gains($factors) != *law)
-            }
-
             fn fault(&self) -> Option<String> {
                 $fault("factor", self.factor)
             }
@@ -61,6 +68,13 @@ macro_rules! gain {
 
             fn range(_screen: &Screen) -> Vec<(f64, f64)> {
                 vec![$range]
+            }
+
+            const STRETCH: Stretch = Stretch::Controller;
+
+            fn lacks(constants: &Constants) -> Option<&'static str> {
+                let $f = 2.0;
+                gain_is_absent(constants, |law| law.with_gains($factors))
             }
         }
     };

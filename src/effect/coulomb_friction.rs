@@ -1,7 +1,7 @@
 //! Coulomb friction of the guide.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Coulomb (dry) friction of the guide.
@@ -56,5 +56,11 @@ impl Law for CoulombFriction {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, screen.largest_force)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

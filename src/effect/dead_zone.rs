@@ -1,7 +1,7 @@
 //! Small voltages that do not reach the motor.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead zone of the amplifier: commands below a threshold have no effect, larger ones lack it.
@@ -52,5 +52,11 @@ impl Law for DeadZone {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, screen.largest_voltage())]
+    }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

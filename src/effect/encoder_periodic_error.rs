@@ -2,7 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::reading_error::{error, inverse};
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Error of the encoder that repeats along the axis: an eccentric disc, interpolation within a grating period.
@@ -61,5 +61,11 @@ impl Law for EncoderPeriodicError {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let most = 0.05 * screen.travel();
         [vec![screen.period_range()], vec![(-most, most); 2]].concat()
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

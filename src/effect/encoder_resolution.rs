@@ -1,7 +1,7 @@
 //! Steps of the encoder coarser than stated.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Readings in coarser steps than stated: lost interpolation, a wrong divider, a log with few digits.
@@ -50,5 +50,11 @@ impl Law for EncoderResolution {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, screen.travel())]
+    }
+
+    const STRETCH: Stretch = Stretch::Rounding;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

@@ -1,7 +1,7 @@
 //! Scale of the encoder off its stated value.
 
 use super::law::not_positive;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// An encoder whose unit is not the stated one: a wrong count per turn, lead or ratio, a warm scale.
@@ -47,5 +47,11 @@ impl Law for EncoderScale {
 
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.2, 5.0)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

@@ -1,8 +1,8 @@
 //! A mode that the twin does not list.
 
-use super::law::not_positive;
+use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::resonance::resonances;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -39,11 +39,6 @@ impl Law for FlexibleMode {
         Parameter::same("damping_ratio", "1"),
     ];
 
-    fn applies(constants: &Constants) -> bool {
-        // No plant has a rotor that turns while its base moves.
-        constants.rotor_inertia == 0.0
-    }
-
     fn fault(&self) -> Option<String> {
         not_positive("frequency_hz", self.frequency_hz)
             .or_else(|| not_positive("mass_kg", self.mass_kg))
@@ -78,5 +73,12 @@ impl Law for FlexibleMode {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let (mass, nyquist) = (screen.moving_mass(), 0.5 / screen.sample_period_s());
         vec![(1.0, 0.8 * nyquist), (0.05 * mass, 1e4 * mass), (1e-3, 0.7)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        // No plant has a rotor that turns while its base moves.
+        (constants.rotor_inertia != 0.0).then_some(NOTHING_TO_CHANGE)
     }
 }

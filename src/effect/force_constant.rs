@@ -1,7 +1,7 @@
 //! The motor's force constant off its stated value.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -50,5 +50,11 @@ impl Law for ForceConstant {
 
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.2, 5.0)]
+    }
+
+    const STRETCH: Stretch = Stretch::MotorForce;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

@@ -3,7 +3,7 @@
 use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Force ripple: the motor's force constant varies along its magnets.
@@ -81,5 +81,11 @@ impl Law for ForceRipple {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         [vec![screen.period_range()], vec![(-0.9, 0.9); 4]].concat()
+    }
+
+    const STRETCH: Stretch = Stretch::MotorForce;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

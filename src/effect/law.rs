@@ -1,6 +1,6 @@
 //! What every law of the catalogue says of itself.
 
-use super::{Constants, EffectId, Screen};
+use super::{Constants, EffectId, Screen, Stretch};
 use crate::units::Motion;
 use serde::Serialize;
 
@@ -167,11 +167,6 @@ pub trait Law: Sized {
     /// Whether the first parameter found by screening comes on top of what the twin states already.
     const CUMULATIVE: bool = false;
 
-    /// Whether a machine with these constants can have the effect at all.
-    fn applies(_constants: &Constants) -> bool {
-        true
-    }
-
     /// What is wrong with the parameters, if anything.
     fn fault(&self) -> Option<String> {
         None
@@ -209,7 +204,20 @@ pub trait Law: Sized {
 
     /// The range in which a fit may look for each parameter.
     fn range(screen: &Screen) -> Vec<(f64, f64)>;
+
+    /// Where it comes between signals that a log may hold.
+    const STRETCH: Stretch;
+
+    /// What a machine with these constants lacks to have the effect at all, as a sentence that says what to state or log; none
+    /// where it can have it.
+    fn lacks(constants: &Constants) -> Option<&'static str>;
 }
+
+/// See [`Law::lacks`]: the part that the effect changes is not there.
+pub(super) const NOTHING_TO_CHANGE: &str =
+    "The machine, as its file states it, has nothing that this effect could change.";
+/// See [`Law::lacks`]: the effect acts between motor and load.
+pub(super) const LOAD_UNSEEN: &str = "Nothing sees the load's end of the drive train: log load_position_m or load_position_rad and state [load_sensor].";
 
 /// The sentence for a parameter that must be finite and more than zero.
 pub(super) fn not_positive(name: &str, value: f64) -> Option<String> {

@@ -1,7 +1,7 @@
 //! Friction in proportion to what the sliders carry or the transmission transmits.
 
-use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::law::{NOTHING_TO_CHANGE, negative};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dry friction proportional to the loads of the four bearing sliders, or, on a machine without them, to what its transmission
@@ -36,10 +36,6 @@ impl Law for LoadDependentFriction {
     // Where the loads do not change it is Coulomb friction, which says the same with less.
     const RARITY: f64 = 3.0;
 
-    fn applies(constants: &Constants) -> bool {
-        constants.has_slider_loads || constants.has_transmission
-    }
-
     fn fault(&self) -> Option<String> {
         negative("coefficient", self.coefficient)
     }
@@ -63,6 +59,12 @@ impl Law for LoadDependentFriction {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let most = if is_of_sliders(screen) { screen.largest_force / weight(screen) } else { SELF_LOCKING };
         vec![(0.0, most)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!(constants.has_slider_loads || constants.has_transmission)).then_some(NOTHING_TO_CHANGE)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Time between commanded and applied voltage.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead time between the controller's effort and the voltage at the motor, beyond what is stated.
@@ -48,5 +48,11 @@ impl Law for LoopDelay {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, 30.0 * screen.sample_period_s())]
+    }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

@@ -1,7 +1,7 @@
 //! A moving mass or inertia off its stated value.
 
 use super::law::{infinite, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Mass carried beside the solid model's: a workpiece, a fixture, coolant, or a model that weighs wrong.
@@ -93,5 +93,11 @@ impl Law for Payload {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let mass = screen.moving_mass();
         vec![(-0.9 * mass, 30.0 * mass)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

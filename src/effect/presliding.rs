@@ -1,7 +1,7 @@
 //! Presliding friction: bristles that deflect before they slide.
 
 use super::law::{negative, not_positive};
-use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use super::{Constants, EffectId, Law, Parameter, Screen, Site, Stretch};
 use crate::guide::Bristle;
 use serde::{Deserialize, Serialize};
 
@@ -69,6 +69,12 @@ impl Law for Presliding {
         let stiffness = screen.largest_force / screen.travel();
         let (least, most) = (1e-3 * stiffness, 1e6 * stiffness);
         vec![(least, most), (0.0, 2.0 * MOST_DAMPING_RATIO * (most * screen.moving_mass()).sqrt())]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }
 

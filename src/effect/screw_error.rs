@@ -1,9 +1,9 @@
 //! Lead error of the drive train, periodic in position.
 
-use super::law::{infinite, not_positive};
+use super::law::{LOAD_UNSEEN, infinite, not_positive};
 use super::periodogram::Pitch;
 use super::reading_error::{columns, error, inverse};
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Periodic lead error: the load runs ahead of and behind the motor once a turn of the screw.
@@ -48,10 +48,6 @@ impl Law for ScrewError {
     ];
     const DOORS: &'static [Door] = &[Door::Transmission];
 
-    fn applies(constants: &Constants) -> bool {
-        constants.sees_load
-    }
-
     fn fault(&self) -> Option<String> {
         not_positive("period_m", self.period_m)
             .or_else(|| infinite("sine_m", self.sine_m))
@@ -91,5 +87,11 @@ impl Law for ScrewError {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let most = 0.05 * screen.travel();
         [vec![screen.period_range()], vec![(-most, most); 2], vec![(-1.0, 1.0)]].concat()
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.sees_load).then_some(LOAD_UNSEEN)
     }
 }

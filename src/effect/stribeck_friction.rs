@@ -1,7 +1,7 @@
 //! Stiction that decays with speed.
 
 use super::law::not_positive;
-use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use super::{Constants, EffectId, Law, Parameter, Screen, Site, Stretch};
 use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
 
@@ -90,6 +90,12 @@ impl Law for StribeckFriction {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let speed = screen.largest_speed();
         vec![(1.0, HIGHEST_PEAK), (1e-3 * speed, speed)]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }
 

@@ -1,7 +1,8 @@
 //! Feed-forward of the reference velocity other than stated.
 
+use super::controller_gain::gain_is_absent;
 use super::law::infinite;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
@@ -28,13 +29,6 @@ impl Law for VelocityFeedforward {
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("share", "1")];
     const GROUP: Option<&'static str> = Some(super::CONTROLLER_GAIN);
 
-    fn applies(constants: &Constants) -> bool {
-        constants
-            .controller
-            .as_ref()
-            .is_some_and(|law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0) != *law)
-    }
-
     fn fault(&self) -> Option<String> {
         infinite("share", self.share)
     }
@@ -55,5 +49,11 @@ impl Law for VelocityFeedforward {
 
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(-0.5, 1.5)]
+    }
+
+    const STRETCH: Stretch = Stretch::Controller;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        gain_is_absent(constants, |law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0))
     }
 }

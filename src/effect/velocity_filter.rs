@@ -1,7 +1,7 @@
 //! Smoothing of the velocity estimate off its stated value.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A filter in the velocity estimate that is not the stated one.
@@ -46,5 +46,11 @@ impl Law for VelocityFilter {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, 200.0 * screen.sample_period_s())]
+    }
+
+    const STRETCH: Stretch = Stretch::VelocityEstimate;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

@@ -1,7 +1,7 @@
 //! Viscous friction of the guide off its stated value.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Viscous friction whose coefficient is not the stated one.
@@ -56,5 +56,11 @@ impl Law for ViscousFriction {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, screen.viscous() + 3.0 * screen.largest_force / screen.largest_speed().max(1e-9))]
+    }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

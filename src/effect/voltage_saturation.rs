@@ -1,7 +1,7 @@
 //! Voltage clipped below what is stated.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A limit of the applied voltage below the stated one: a sagging supply, a limit set in the drive.
@@ -50,5 +50,11 @@ impl Law for VoltageSaturation {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.02 * screen.largest_voltage(), 1.02 * screen.largest_voltage())]
+    }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
     }
 }

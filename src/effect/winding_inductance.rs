@@ -1,7 +1,7 @@
 //! Winding inductance off its stated value.
 
-use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::{Constants, Law, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -27,10 +27,6 @@ impl Law for WindingInductance {
     const PHRASE: &'static str = "a winding inductance off its stated value";
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("inductance_h", "H")];
 
-    fn applies(constants: &Constants) -> bool {
-        constants.has_voltage_fed_winding
-    }
-
     fn fault(&self) -> Option<String> {
         not_positive("inductance_h", self.inductance_h)
     }
@@ -55,5 +51,11 @@ impl Law for WindingInductance {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let stated = screen.constants.as_ref().map_or(1.0, |c| Self::neutral(c)[0]);
         vec![(0.1 * stated, 10.0 * stated)]
+    }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
     }
 }

@@ -8,7 +8,7 @@ mod residual;
 use super::experiment::Experiment;
 use super::motion::Motion;
 use super::visibility::NotExamined;
-use crate::effect::EffectId;
+use crate::effect::{EffectId, Stretch};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -43,27 +43,17 @@ impl Cut {
         }
     }
 
-    /// The stretch in which an effect shows, given which signals were logged.
+    /// The cut in which an effect shows, given which signals were logged.
     fn of(effect: EffectId, has_current: bool, has_thrust: bool) -> Self {
-        match effect {
-            EffectId::PositionGain
-            | EffectId::VelocityGain
-            | EffectId::IntegralGain
-            | EffectId::VelocityFeedforward
-            | EffectId::VelocityFilter => Self::Controller,
-            EffectId::LoopDelay
-            | EffectId::VoltageSaturation
-            | EffectId::DeadZone
-            | EffectId::AmplifierOffset
-            | EffectId::WindingResistance
-            | EffectId::WindingInductance
-            | EffectId::BackEmf => Self::Drive,
-            EffectId::ForceConstant | EffectId::ForceRipple => match (has_current, has_thrust) {
+        match effect.stretch() {
+            Stretch::Controller | Stretch::VelocityEstimate => Self::Controller,
+            Stretch::Drive => Self::Drive,
+            Stretch::MotorForce => match (has_current, has_thrust) {
                 (true, true) => Self::Force,
                 (false, true) => Self::Drive,
-                _ => Self::Mechanics,
+                (_, false) => Self::Mechanics,
             },
-            _ => Self::Mechanics,
+            Stretch::Mechanics | Stretch::Rounding => Self::Mechanics,
         }
     }
 }
