@@ -1,7 +1,7 @@
 //! A voltage at zero command.
 
 use super::law::infinite;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Offset of the amplifier: the voltage that it applies at zero command.
@@ -55,4 +55,10 @@ impl Law for AmplifierOffset {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "u_applied = u + u_0";
+    const SOURCE: &'static str = "offset of any analogue amplifier or converter";
+    const SHOWN_BY: &'static str = "Control effort that differs by a constant from what current or motor force take, in any motion and at standstill.";
+    const EXAMPLE: &'static [f64] = &[0.1];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

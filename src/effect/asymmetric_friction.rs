@@ -1,6 +1,6 @@
 //! Friction that differs between the two directions.
 
-use super::{Constants, EffectId, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// The guide's Coulomb and viscous friction differ between the two directions.
@@ -100,6 +100,17 @@ impl Law for AsymmetricFriction {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str =
+        "v > 0:  F = −(F_c·(1 + a) + c·(1 + b)·v)\nv < 0:  F = +(F_c·(1 − a) + c·(1 − b)·|v|)";
+    const SOURCE: &'static str = "Janot, Gautier, Brunot (2019), section 4";
+    const SHOWN_BY: &'static str =
+        "Drag that differs between the directions: the same strokes both ways, at several feeds.";
+    const EXAMPLE: &'static [f64] = &[-0.33, -0.17];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::similar(
+        EffectId::ConstantForce,
+        "where only the Coulomb part differs between the directions",
+    )];
 }
 
 /// A fit starts inside of where one direction would be free of friction.

@@ -1,7 +1,7 @@
 //! Back-EMF off its stated value.
 
 use super::law::{NOTHING_TO_CHANGE, negative};
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -27,7 +27,8 @@ impl Law for BackEmf {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "back-EMF off its stated value";
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter::differing("back_emf_v_s_per_m", "back_emf_v_s_per_rad", "V·s/m", "V·s/rad")];
+        &[Parameter::differing("back_emf_v_s_per_m", "back_emf_v_s_per_rad", "V·s/m", "V·s/rad")
+            .not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("back_emf_v_s_per_m", self.back_emf_v_s_per_m)
@@ -69,4 +70,12 @@ impl Law for BackEmf {
     fn lacks(constants: &Constants) -> Option<&'static str> {
         (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
     }
+
+    const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SOURCE: &'static str = "any text on electrical drives";
+    const SHOWN_BY: &'static str =
+        "Control effort beside current, in proportion to speed: constant speed at several feeds.";
+    const EXAMPLE: &'static [f64] = &[20.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::ViscousFriction, "where neither current nor force is logged")];
 }

@@ -1,7 +1,7 @@
 //! Lost motion between motor and load.
 
 use super::law::{LOAD_UNSEEN, negative};
-use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Backlash (lost motion): after a reversal the motor travels the gap before the load follows.
@@ -30,7 +30,7 @@ pub struct Backlash {
 impl Law for Backlash {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "lost motion between motor and load";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::length("width_m", "width_rad")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::length("width_m", "width_rad").not_negative()];
     const DOORS: &'static [Door] = &[Door::Transmission];
 
     fn fault(&self) -> Option<String> {
@@ -62,4 +62,10 @@ impl Law for Backlash {
     fn lacks(constants: &Constants) -> Option<&'static str> {
         (!constants.sees_load).then_some(LOAD_UNSEEN)
     }
+
+    const EQUATION: &'static str = "x stays while |q − x| < b/2, else x = q ∓ b/2";
+    const SOURCE: &'static str = "ISO 230-2; play operator, Krasnosel'skii, Pokrovskii (1989)";
+    const SHOWN_BY: &'static str = "Load position that stands still after a reversal while the motor moves on: reversals at several places.";
+    const EXAMPLE: &'static [f64] = &[2e-5];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

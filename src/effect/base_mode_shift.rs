@@ -2,14 +2,14 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::resonance::resonances;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
 /// A mode of the base whose frequency or modal mass is not the stated one: other feet, a loose bolt, another floor.
 ///
 /// # Model
-/// Mode j of the stated ones has f_j times a factor and M_j times a factor; its damping ratio stays.
+/// Mode j of the stated ones has `f_j = a·f_j,stated` and `M_j = b·M_j,stated`; its damping ratio stays.
 ///
 /// # Validity
 /// One mode is off; which one is tried in turn. A mode that is not listed at all is another effect.
@@ -21,9 +21,9 @@ use serde::{Deserialize, Serialize};
 pub struct BaseModeShift {
     /// j, counted from 1 in the order of the machine file.
     pub mode: f64,
-    /// Factor of the frequency; more than zero.
+    /// a, factor of the frequency; more than zero.
     pub frequency_factor: f64,
-    /// Factor of the modal mass; more than zero.
+    /// b, factor of the modal mass; more than zero.
     pub mass_factor: f64,
 }
 
@@ -31,9 +31,9 @@ impl Law for BaseModeShift {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a base mode off its stated value";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::same("mode", "1").held(),
-        Parameter::same("frequency_factor", "1"),
-        Parameter::same("mass_factor", "1"),
+        Parameter::same("mode", "1").held().within(1.0, f64::INFINITY),
+        Parameter::same("frequency_factor", "1").positive(),
+        Parameter::same("mass_factor", "1").positive(),
     ];
 
     fn fault(&self) -> Option<String> {
@@ -86,4 +86,13 @@ impl Law for BaseModeShift {
     fn lacks(constants: &Constants) -> Option<&'static str> {
         constants.modes.is_empty().then_some(NOTHING_TO_CHANGE)
     }
+
+    const EQUATION: &'static str = "f_j = a·f_j,stated\nM_j = b·M_j,stated";
+    const SOURCE: &'static str = "the modes that the machine file states";
+    const SHOWN_BY: &'static str = "Ringing after changes of the acceleration, at another frequency or size than stated: quick strokes with dwells.";
+    const EXAMPLE: &'static [f64] = &[1.0, 0.6, 1.0];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::similar(
+        EffectId::FlexibleMode,
+        "in most recordings: a shifted mode and one mode more ring at the same frequency",
+    )];
 }

@@ -1,7 +1,7 @@
 //! A spring between moving part and base.
 
 use super::law::{infinite, negative};
-use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A spring to a point: a cable chain, bellows, a counterbalance.
@@ -29,7 +29,7 @@ impl Law for CableSpring {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "a spring to a point";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad"),
+        Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad").not_negative(),
         Parameter::length("centre_m", "centre_rad"),
     ];
     const DOORS: &'static [Door] = &[Door::Push];
@@ -77,4 +77,11 @@ impl Law for CableSpring {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "F = −k·(x − x_0)";
+    const SOURCE: &'static str = "Hooke's law";
+    const SHOWN_BY: &'static str =
+        "Motor force that changes in proportion to position: slow strokes over the whole travel, both ways.";
+    const EXAMPLE: &'static [f64] = &[400.0, 0.02];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

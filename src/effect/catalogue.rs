@@ -75,6 +75,31 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::lacks(constants),)+ }
             }
 
+            /// See [`Law::EQUATION`].
+            pub fn equation(self) -> &'static str {
+                match self { $(Self::$law => <$law as Law>::EQUATION,)+ }
+            }
+
+            /// See [`Law::SOURCE`].
+            pub fn source(self) -> &'static str {
+                match self { $(Self::$law => <$law as Law>::SOURCE,)+ }
+            }
+
+            /// See [`Law::SHOWN_BY`].
+            pub fn shown_by(self) -> &'static str {
+                match self { $(Self::$law => <$law as Law>::SHOWN_BY,)+ }
+            }
+
+            /// See [`Law::EXAMPLE`].
+            pub fn example(self) -> &'static [f64] {
+                match self { $(Self::$law => <$law as Law>::EXAMPLE,)+ }
+            }
+
+            /// See [`Law::CONFUSABLE`].
+            pub(super) fn confusable(self) -> &'static [Likeness] {
+                match self { $(Self::$law => <$law as Law>::CONFUSABLE,)+ }
+            }
+
             /// See [`Law::STRETCH`].
             pub fn stretch(self) -> Stretch {
                 match self { $(Self::$law => <$law as Law>::STRETCH,)+ }
@@ -95,6 +120,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::range(screen),)+ }
             }
         }
+
+        $(const _: () = assert!(
+            <$law as Law>::EXAMPLE.len() == <$law as Law>::PARAMETERS.len(),
+            "an example has a value for each parameter"
+        );)+
 
         /// One effect with its parameters.
         #[derive(Debug, Clone, PartialEq)]

@@ -3,7 +3,7 @@
 use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
-use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Cogging (detent force): magnets and teeth attract each other, current or not.
@@ -42,7 +42,7 @@ impl Law for Cogging {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "cogging of the motor";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::length("period_m", "period_rad"),
+        Parameter::length("period_m", "period_rad").positive(),
         Parameter::effort("sine_n", "sine_nm"),
         Parameter::effort("cosine_n", "cosine_nm"),
         Parameter::effort("sine_2_n", "sine_2_nm"),
@@ -82,4 +82,11 @@ impl Law for Cogging {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ with φ = 2π·x/p";
+    const SOURCE: &'static str = "Gieras, Piech, Tomczuk (2011), Linear Synchronous Motors, section 3.8";
+    const SHOWN_BY: &'static str = "Force that repeats along the axis whatever the motor does: slow constant speed over several pitches.";
+    const EXAMPLE: &'static [f64] = &[0.012, 8.0, 3.0, 2.0, 0.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::CableSpring, "where less than a pitch is travelled")];
 }

@@ -1,7 +1,7 @@
 //! Gains of the controller that are not those stated, each an effect of its own.
 
 use super::law::{negative, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
@@ -20,14 +20,13 @@ pub(super) fn gain_is_absent(
 }
 
 /// One gain of the controller: its name and what it is, phrase, factors of position, velocity and integral gain with f in the
-/// place of its own, the fault of f, its range.
+/// place of its own, the fault of f, its parameter, its range, what shows it.
 macro_rules! gain {
-    ($name:ident, $what:literal, $phrase:literal, |$f:ident| $factors:expr, $fault:ident, $range:expr) => {
+    ($name:ident, $what:literal, $phrase:literal, |$f:ident| $factors:expr, $fault:ident, $parameter:expr, $range:expr, $shown_by:literal) => {
         #[doc = $what]
         ///
         /// # Model
-        /// The gain is its stated value times a factor. Where it is an integer register n, the register in force is the
-        /// integer nearest to n times the factor.
+        /// `K = f·K_stated`. Where the gain is an integer register n, the register in force is the integer nearest to f·n.
         ///
         /// # Validity
         /// The law itself is the one stated, and states this gain other than zero.
@@ -37,14 +36,14 @@ macro_rules! gain {
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
-            /// Factor of the stated gain.
+            /// f, factor of the stated gain.
             pub factor: f64,
         }
 
         impl Law for $name {
             const SITE: Site = Site::Controller;
             const PHRASE: &'static str = $phrase;
-            const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
+            const PARAMETERS: &'static [Parameter] = &[$parameter];
             const GROUP: Option<&'static str> = Some(CONTROLLER_GAIN);
 
             fn fault(&self) -> Option<String> {
@@ -76,6 +75,12 @@ macro_rules! gain {
                 let $f = 2.0;
                 gain_is_absent(constants, |law| law.with_gains($factors))
             }
+
+            const EQUATION: &'static str = "K = f·K_stated";
+            const SOURCE: &'static str = "the control law that the machine file states";
+            const SHOWN_BY: &'static str = $shown_by;
+            const EXAMPLE: &'static [f64] = &[1.1];
+            const CONFUSABLE: &'static [Likeness] = &[];
         }
     };
 }
@@ -86,7 +91,9 @@ gain!(
     "a position gain other than stated",
     |f| [f, 1.0, 1.0],
     not_positive,
-    (0.05, 20.0)
+    Parameter::same("factor", "1").positive(),
+    (0.05, 20.0),
+    "Control effort beside the position error, in closed loop. Without a logged effort: following error at constant speed, and settling."
 );
 gain!(
     VelocityGain,
@@ -95,7 +102,9 @@ gain!(
     "a velocity gain other than stated",
     |f| [1.0, f, 1.0],
     not_positive,
-    (0.05, 20.0)
+    Parameter::same("factor", "1").positive(),
+    (0.05, 20.0),
+    "Control effort beside the velocity, in closed loop. Without a logged effort: overshoot, and damping of the settling."
 );
 gain!(
     IntegralGain,
@@ -103,5 +112,7 @@ gain!(
     "an integral gain other than stated",
     |f| [1.0, 1.0, f],
     negative,
-    (0.0, 20.0)
+    Parameter::same("factor", "1").not_negative(),
+    (0.0, 20.0),
+    "Control effort that grows while an error lasts, in closed loop. Without a logged effort: settling after a stop."
 );

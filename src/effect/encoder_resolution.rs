@@ -1,7 +1,7 @@
 //! Steps of the encoder coarser than stated.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Readings in coarser steps than stated: lost interpolation, a wrong divider, a log with few digits.
@@ -27,7 +27,8 @@ pub struct EncoderResolution {
 impl Law for EncoderResolution {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "an encoder coarser than stated";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::length("resolution_m", "resolution_rad").held()];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::length("resolution_m", "resolution_rad").held().positive()];
     const MAKES_NOISE: bool = true;
 
     fn fault(&self) -> Option<String> {
@@ -57,4 +58,11 @@ impl Law for EncoderResolution {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "reading = r·round(x/r)";
+    const SOURCE: &'static str = "quantisation";
+    const SHOWN_BY: &'static str =
+        "Recorded positions on a coarser grid than stated, and a control effort that jumps with each step.";
+    const EXAMPLE: &'static [f64] = &[5e-6];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

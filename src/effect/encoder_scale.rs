@@ -1,7 +1,8 @@
 //! Scale of the encoder off its stated value.
 
 use super::law::not_positive;
-use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
 /// An encoder whose unit is not the stated one: a wrong count per turn, lead or ratio, a warm scale.
@@ -25,7 +26,7 @@ pub struct EncoderScale {
 impl Law for EncoderScale {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "an encoder scale off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1").positive()];
     const DOORS: &'static [Door] = &[Door::Reading];
 
     fn fault(&self) -> Option<String> {
@@ -54,4 +55,14 @@ impl Law for EncoderScale {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "reading = f·x";
+    const SOURCE: &'static str = "unit conversion; thermal expansion of steel scales, 10.5 µm/(m·K)";
+    const SHOWN_BY: &'static str = "A second position beside the encoder's. Without one: motor force beside acceleration, where a force is logged.";
+    const EXAMPLE: &'static [f64] = &[1.08];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::stand_in(
+        EffectId::Payload,
+        "where neither a force nor a second position is logged, with drag calibrated by the same factor",
+        |_, logged| !logged.contains(&Signal::Thrust) && !logged.contains(&Signal::LoadPosition),
+    )];
 }

@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::resonance::resonances;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -34,9 +34,9 @@ impl Law for FlexibleMode {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a flexible mode that is not listed";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::same("frequency_hz", "Hz"),
-        Parameter::differing("mass_kg", "inertia_kg_m2", "kg", "kg·m²"),
-        Parameter::same("damping_ratio", "1"),
+        Parameter::same("frequency_hz", "Hz").positive(),
+        Parameter::differing("mass_kg", "inertia_kg_m2", "kg", "kg·m²").positive(),
+        Parameter::same("damping_ratio", "1").between(0.0, 1.0),
     ];
 
     fn fault(&self) -> Option<String> {
@@ -81,4 +81,10 @@ impl Law for FlexibleMode {
         // No plant has a rotor that turns while its base moves.
         (constants.rotor_inertia != 0.0).then_some(NOTHING_TO_CHANGE)
     }
+
+    const EQUATION: &'static str = "M·(η̈ + 2ζω·η̇ + ω²·η) = −F";
+    const SOURCE: &'static str = "Ewins (2000), Modal Testing, section 2.4";
+    const SHOWN_BY: &'static str = "Ringing after changes of the acceleration, at a frequency that no stated mode has: quick strokes with dwells.";
+    const EXAMPLE: &'static [f64] = &[45.0, 600.0, 0.03];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

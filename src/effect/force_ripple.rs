@@ -3,7 +3,7 @@
 use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
-use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Force ripple: the motor's force constant varies along its magnets.
@@ -39,7 +39,7 @@ impl Law for ForceRipple {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "force ripple of the motor";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::length("period_m", "period_rad"),
+        Parameter::length("period_m", "period_rad").positive(),
         Parameter::same("sine", "1"),
         Parameter::same("cosine", "1"),
         Parameter::same("sine_2", "1"),
@@ -88,4 +88,13 @@ impl Law for ForceRipple {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str =
+        "F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ) with φ = 2π·x/p";
+    const SOURCE: &'static str = "Gieras, Piech, Tomczuk (2011), Linear Synchronous Motors, section 3.8";
+    const SHOWN_BY: &'static str =
+        "Force in proportion to the motor's that repeats along the axis: accelerations over several pitches.";
+    const EXAMPLE: &'static [f64] = &[0.012, 0.03, 0.01, 0.0, 0.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::Cogging, "where the motor's force hardly changes")];
 }

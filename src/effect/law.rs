@@ -1,6 +1,6 @@
 //! What every law of the catalogue says of itself.
 
-use super::{Constants, EffectId, Screen, Stretch};
+use super::{Constants, EffectId, Likeness, Screen, Stretch};
 use crate::units::Motion;
 use serde::Serialize;
 
@@ -56,6 +56,8 @@ pub struct Parameter {
     pub held: bool,
     /// Values that the law allows.
     pub limits: (f64, f64),
+    /// Whether the limits themselves are not allowed.
+    pub open: bool,
 }
 
 impl Parameter {
@@ -78,12 +80,28 @@ impl Parameter {
             revolute_unit,
             held: false,
             limits: (f64::NEG_INFINITY, f64::INFINITY),
+            open: false,
         }
     }
 
     /// The parameter, which the law allows from one value to another.
     pub const fn within(self, from: f64, to: f64) -> Self {
         Self { limits: (from, to), ..self }
+    }
+
+    /// The parameter, which must lie between two values and be neither.
+    pub const fn between(self, from: f64, to: f64) -> Self {
+        Self { limits: (from, to), open: true, ..self }
+    }
+
+    /// The parameter, which must be more than zero.
+    pub const fn positive(self) -> Self {
+        self.between(0.0, f64::INFINITY)
+    }
+
+    /// The parameter, which must be zero or more.
+    pub const fn not_negative(self) -> Self {
+        self.within(0.0, f64::INFINITY)
     }
 
     /// The parameter, left by fits where each start puts it.
@@ -104,6 +122,20 @@ impl Parameter {
     /// A viscous coefficient.
     pub const fn viscous(name: &'static str, revolute_name: &'static str) -> Self {
         Self::differing(name, revolute_name, "N·s/m", "N·m·s/rad")
+    }
+
+    /// The values that the law allows, in words.
+    pub fn allowed(&self) -> String {
+        let (least, most) = self.limits;
+        match (least.is_finite(), most.is_finite(), self.open) {
+            (false, false, _) => "any number".to_owned(),
+            (true, false, true) => format!("more than {least}"),
+            (true, false, false) => format!("{least} or more"),
+            (false, true, true) => format!("less than {most}"),
+            (false, true, false) => format!("{most} or less"),
+            (true, true, true) => format!("more than {least} and less than {most}"),
+            (true, true, false) => format!("{least} to {most}"),
+        }
     }
 
     /// The key for this kind of axis.
@@ -211,6 +243,21 @@ pub trait Law: Sized {
     /// What a machine with these constants lacks to have the effect at all, as a sentence that says what to state or log; none
     /// where it can have it.
     fn lacks(constants: &Constants) -> Option<&'static str>;
+
+    /// Its equation as its documentation has it, one line a case.
+    const EQUATION: &'static str;
+
+    /// Where the equation is from.
+    const SOURCE: &'static str;
+
+    /// What shows it, as a sentence or two: signals and motion.
+    const SHOWN_BY: &'static str;
+
+    /// Values of the parameters of a plausible size, for a machine file's table.
+    const EXAMPLE: &'static [f64];
+
+    /// The effects that it is confusable with, as far as their laws do not say so.
+    const CONFUSABLE: &'static [Likeness];
 }
 
 /// See [`Law::lacks`]: the part that the effect changes is not there.

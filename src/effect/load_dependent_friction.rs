@@ -1,7 +1,7 @@
 //! Friction in proportion to what the sliders carry or the transmission transmits.
 
 use super::law::{NOTHING_TO_CHANGE, negative};
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dry friction proportional to the loads of the four bearing sliders, or, on a machine without them, to what its transmission
@@ -32,7 +32,7 @@ pub struct LoadDependentFriction {
 impl Law for LoadDependentFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "friction proportional to load";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1").not_negative()];
     // Where the loads do not change it is Coulomb friction, which says the same with less.
     const RARITY: f64 = 3.0;
 
@@ -66,6 +66,16 @@ impl Law for LoadDependentFriction {
     fn lacks(constants: &Constants) -> Option<&'static str> {
         (!(constants.has_slider_loads || constants.has_transmission)).then_some(NOTHING_TO_CHANGE)
     }
+
+    const EQUATION: &'static str = "F = −μ·N·sgn(v)";
+    const SOURCE: &'static str = "Amontons; Duclusaud et al., ICRA 2025, model M3";
+    const SHOWN_BY: &'static str = "Friction that grows with the load: runs with different payload, accelerations that lift a slider, effort through the transmission.";
+    const EXAMPLE: &'static [f64] = &[0.03];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::equal(
+        EffectId::CoulombFriction,
+        "where the sliders' loads do not change",
+        |constants, _| constants.has_slider_loads,
+    )];
 }
 
 /// Losses from those of a good spur gear to those of a small many-staged one that is hardly driven back, to start a fit from.

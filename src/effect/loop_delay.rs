@@ -1,7 +1,7 @@
 //! Time between commanded and applied voltage.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead time between the controller's effort and the voltage at the motor, beyond what is stated.
@@ -26,7 +26,7 @@ pub struct LoopDelay {
 impl Law for LoopDelay {
     const SITE: Site = Site::Amplifier;
     const PHRASE: &'static str = "a delay between effort and voltage";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("delay_s", "s")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("delay_s", "s").not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("delay_s", self.delay_s)
@@ -55,4 +55,13 @@ impl Law for LoopDelay {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "u_applied(t) = u_commanded(t − τ)";
+    const SOURCE: &'static str = "Åström, Wittenmark, Computer-Controlled Systems, section 2.3";
+    const SHOWN_BY: &'static str = "Current or motor force behind the control effort where accelerations begin and end. Without them: less damping of the closed loop.";
+    const EXAMPLE: &'static [f64] = &[4e-4];
+    const CONFUSABLE: &'static [Likeness] = &[
+        Likeness::similar(EffectId::WindingInductance, "where no current is logged"),
+        Likeness::similar(EffectId::VelocityFilter, "where no control effort is logged"),
+    ];
 }

@@ -1,15 +1,15 @@
 //! A moving mass or inertia off its stated value.
 
 use super::law::{infinite, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Mass carried beside the solid model's: a workpiece, a fixture, coolant, or a model that weighs wrong.
 ///
 /// # Model
 /// ```text
-///   prismatic   m = m_solid + Δm                 rigidly fixed at the moving part's centre of mass
-///   revolute    J = J_solid + ΔJ + m_l·l²        W(q) = W_solid(q) + m_l·g⊥·l·sin(q_h − q)
+///   prismatic:  m = m_solid + Δm                 rigidly fixed at the moving part's centre of mass
+///   revolute:   J = J_solid + ΔJ + m_l·l²        W(q) = W_solid(q) + m_l·g⊥·l·sin(q_h − q)
 /// ```
 /// On a revolute axis ΔJ is an inertia without weight. What has weight is a mass m_l whose centre lies at a lever l from the
 /// axis and hangs straight below it at q = q_h; ΔJ is then its inertia about its own centre. g⊥ is the part of gravity across
@@ -100,4 +100,12 @@ impl Law for Payload {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "prismatic:  m = m_solid + Δm\nrevolute:  J = J_solid + ΔJ + m_l·l²";
+    const SOURCE: &'static str =
+        "Newton's second law; Siciliano, Sciavicco, Villani, Oriolo (2009), Robotics, section 7.2";
+    const SHOWN_BY: &'static str =
+        "Force in proportion to acceleration: starts and stops at several accelerations.";
+    const EXAMPLE: &'static [f64] = &[6.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

@@ -1,7 +1,7 @@
 //! Presliding friction: bristles that deflect before they slide.
 
 use super::law::{negative, not_positive};
-use super::{Constants, EffectId, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::guide::Bristle;
 use serde::{Deserialize, Serialize};
 
@@ -31,8 +31,8 @@ impl Law for Presliding {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "presliding friction";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad"),
-        Parameter::viscous("damping_n_s_per_m", "damping_nm_s_per_rad"),
+        Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad").positive(),
+        Parameter::viscous("damping_n_s_per_m", "damping_nm_s_per_rad").not_negative(),
     ];
     const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
 
@@ -76,6 +76,12 @@ impl Law for Presliding {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "df/dx = −σ₀·(1 + sgn(v)·f/g)";
+    const SOURCE: &'static str = "Canudas de Wit, Olsson, Åström, Lischinsky (1995)";
+    const SHOWN_BY: &'static str = "Force over the first micrometres after a reversal or a start: small moves, and settling after a stop.";
+    const EXAMPLE: &'static [f64] = &[5e5, 600.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }
 
 /// Damping ratio of the moving part on its bristles, to start a fit from.

@@ -3,7 +3,8 @@
 use super::law::{LOAD_UNSEEN, infinite, not_positive};
 use super::periodogram::Pitch;
 use super::reading_error::{columns, error, inverse};
-use super::{Constants, Door, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
 /// Periodic lead error: the load runs ahead of and behind the motor once a turn of the screw.
@@ -41,10 +42,10 @@ impl Law for ScrewError {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a lead error that repeats along the axis";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::length("period_m", "period_rad"),
+        Parameter::length("period_m", "period_rad").positive(),
         Parameter::length("sine_m", "sine_rad"),
         Parameter::length("cosine_m", "cosine_rad"),
-        Parameter::same("flank", "1").held(),
+        Parameter::same("flank", "1").held().within(-1.0, 1.0),
     ];
     const DOORS: &'static [Door] = &[Door::Transmission];
 
@@ -94,4 +95,14 @@ impl Law for ScrewError {
     fn lacks(constants: &Constants) -> Option<&'static str> {
         (!constants.sees_load).then_some(LOAD_UNSEEN)
     }
+
+    const EQUATION: &'static str = "x = q + e(q), e(q) = s·sin(2πq/p) + c·cos(2πq/p)";
+    const SOURCE: &'static str = "ISO 3408-3, travel variation within one revolution";
+    const SHOWN_BY: &'static str = "Load position beside motor position over several turns of the screw; play and both directions tell the flanks apart.";
+    const EXAMPLE: &'static [f64] = &[0.01, 5e-6, 2e-6, 0.0];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::equal(
+        EffectId::EncoderPeriodicError,
+        "where one sensor sees the load and no other the motor",
+        |constants, logged| !logged.contains(&Signal::LoadPosition) && !constants.sees_both_ends,
+    )];
 }

@@ -2,14 +2,14 @@
 
 use super::controller_gain::gain_is_absent;
 use super::law::infinite;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
 /// The share of the reference velocity that the controller feeds forward, retuned after the machine file was written.
 ///
 /// # Model
-/// The share itself, since it is often stated as zero.
+/// `e = k_x·(x_ref − x) + k_f·v_ref − v`; the share k_f itself is fitted, since it is often stated as zero.
 ///
 /// # Validity
 /// The law itself is the one stated.
@@ -56,4 +56,13 @@ impl Law for VelocityFeedforward {
     fn lacks(constants: &Constants) -> Option<&'static str> {
         gain_is_absent(constants, |law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0))
     }
+
+    const EQUATION: &'static str = "e = k_x·(x_ref − x) + k_f·v_ref − v";
+    const SOURCE: &'static str = "the control law that the machine file states";
+    const SHOWN_BY: &'static str = "Control effort in proportion to the reference velocity. Without a logged effort: following error at constant speed, at several feeds.";
+    const EXAMPLE: &'static [f64] = &[0.5];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::similar(
+        EffectId::PositionGain,
+        "where no control effort is logged and the runs hardly accelerate",
+    )];
 }

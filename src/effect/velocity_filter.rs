@@ -1,7 +1,7 @@
 //! Smoothing of the velocity estimate off its stated value.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A filter in the velocity estimate that is not the stated one.
@@ -24,7 +24,7 @@ pub struct VelocityFilter {
 impl Law for VelocityFilter {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "a velocity filter off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("time_constant_s", "s")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("time_constant_s", "s").not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("time_constant_s", self.time_constant_s)
@@ -53,4 +53,10 @@ impl Law for VelocityFilter {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "v ← v + T/(T+τ)·(estimate − v)";
+    const SOURCE: &'static str = "the velocity estimate that the machine file states";
+    const SHOWN_BY: &'static str = "Control effort behind the velocity, or a logged velocity behind the position: starts, stops, reversals.";
+    const EXAMPLE: &'static [f64] = &[2e-3];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

@@ -1,7 +1,7 @@
 //! Viscous friction of the guide off its stated value.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Viscous friction whose coefficient is not the stated one.
@@ -34,7 +34,7 @@ impl Law for ViscousFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "viscous friction off its stated value";
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter::viscous("viscous_n_s_per_m", "viscous_nm_s_per_rad")];
+        &[Parameter::viscous("viscous_n_s_per_m", "viscous_nm_s_per_rad").not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("viscous_n_s_per_m", self.viscous_n_s_per_m)
@@ -63,4 +63,11 @@ impl Law for ViscousFriction {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "F(v) = −c·v";
+    const SOURCE: &'static str = "Janot, Gautier, Brunot (2019), eq. 2, term Fv·q̇";
+    const SHOWN_BY: &'static str = "Force in proportion to speed: constant speed at several feeds.";
+    const EXAMPLE: &'static [f64] = &[500.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::CoulombFriction, "where all runs move at one speed")];
 }

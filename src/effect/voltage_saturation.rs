@@ -1,7 +1,7 @@
 //! Voltage clipped below what is stated.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A limit of the applied voltage below the stated one: a sagging supply, a limit set in the drive.
@@ -24,7 +24,7 @@ pub struct VoltageSaturation {
 impl Law for VoltageSaturation {
     const SITE: Site = Site::Amplifier;
     const PHRASE: &'static str = "voltage clipped below its stated limit";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("limit_v", "V")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("limit_v", "V").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("limit_v", self.limit_v)
@@ -57,4 +57,11 @@ impl Law for VoltageSaturation {
     fn lacks(_constants: &Constants) -> Option<&'static str> {
         None
     }
+
+    const EQUATION: &'static str = "u_applied = clip(u, ±U)";
+    const SOURCE: &'static str = "saturation of any real amplifier";
+    const SHOWN_BY: &'static str =
+        "Control effort beyond U that current or motor force do not follow, in runs fast enough to reach U.";
+    const EXAMPLE: &'static [f64] = &[2.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

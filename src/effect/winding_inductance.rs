@@ -1,7 +1,7 @@
 //! Winding inductance off its stated value.
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,7 @@ pub struct WindingInductance {
 impl Law for WindingInductance {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a winding inductance off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("inductance_h", "H")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("inductance_h", "H").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("inductance_h", self.inductance_h)
@@ -58,4 +58,11 @@ impl Law for WindingInductance {
     fn lacks(constants: &Constants) -> Option<&'static str> {
         (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
     }
+
+    const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SOURCE: &'static str = "any text on electrical drives";
+    const SHOWN_BY: &'static str =
+        "Current behind quick changes of the control effort. Slow smooth strokes do not show it.";
+    const EXAMPLE: &'static [f64] = &[0.011];
+    const CONFUSABLE: &'static [Likeness] = &[];
 }

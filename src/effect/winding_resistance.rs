@@ -1,7 +1,7 @@
 //! Winding resistance off its stated value.
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +25,7 @@ pub struct WindingResistance {
 impl Law for WindingResistance {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a winding resistance off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("resistance_ohm", "Ω")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("resistance_ohm", "Ω").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("resistance_ohm", self.resistance_ohm)
@@ -58,4 +58,14 @@ impl Law for WindingResistance {
     fn lacks(constants: &Constants) -> Option<&'static str> {
         (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
     }
+
+    const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SOURCE: &'static str = "temperature coefficient of copper, IEC 60228";
+    const SHOWN_BY: &'static str =
+        "Control effort beside current, where the motor accelerates or holds a load.";
+    const EXAMPLE: &'static [f64] = &[1.6];
+    const CONFUSABLE: &'static [Likeness] = &[
+        Likeness::similar(EffectId::BackEmf, "where no current is logged and drag takes most of the force"),
+        Likeness::similar(EffectId::ForceConstant, "where no current is logged"),
+    ];
 }

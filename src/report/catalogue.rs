@@ -1,0 +1,91 @@
+//! The catalogue of effects in words: all in a list, or one with what its law says of itself.
+
+use super::Style;
+use super::layout::{INDENT, Ink, columns, labelled};
+use crate::effect::{Degree, EffectId, Likeness, Parameter, Site};
+use crate::units::Motion;
+
+/// Width of the labels of one effect.
+const LABEL: usize = 12;
+
+/// Every effect with its phrase, site by site in the order of the signal path.
+pub fn effect_list(style: Style) -> String {
+    let width = EffectId::ALL.iter().map(|effect| columns(effect.name())).max().unwrap_or_default();
+    let mut out = String::new();
+    for site in Site::ALL {
+        out += style.heading(site.name(), "").trim_start_matches('\n');
+        for effect in EffectId::ALL.iter().filter(|effect| effect.site() == site) {
+            out += &format!("{INDENT}{:<width$}  {}\n", effect.name(), effect.phrase());
+        }
+        out.push('\n');
+    }
+    out + "One of them: slideway effects NAME\n"
+}
+
+/// What an effect's law says of itself, with a table for a machine file.
+pub fn effect_sheet(effect: EffectId, style: Style) -> String {
+    let mut out = format!("{}  {}\n", style.ink(Ink::Heading, effect.name()), effect.phrase());
+    let mut row = |label: &str, text: &str| out += &labelled(label, LABEL, text, style);
+    row("site", effect.site().name());
+    if let Some(group) = effect.group() {
+        row("group", group);
+    }
+    for (k, case) in effect.equation().lines().enumerate() {
+        row(if k == 0 { "equation" } else { "" }, case);
+    }
+    row("source", effect.source());
+    row("shown by", effect.shown_by());
+    if !effect.modifies().is_empty() {
+        let modified: Vec<&str> = effect.modifies().iter().map(|other| other.name()).collect();
+        row("modifies", &format!("{}; without it the effect does nothing", modified.join(" or ")));
+    }
+    for (k, likeness) in effect.likenesses().iter().enumerate() {
+        row(if k == 0 { "confusable" } else { "" }, &words(likeness));
+    }
+    out += &style.heading("keys", "");
+    out += &keys(effect.parameters());
+    out += &style.heading("in a machine file", "");
+    out + &example(effect).lines().map(|line| format!("{INDENT}{line}\n")).collect::<String>()
+}
+
+/// Tables of a machine file that state the effect, and before it the one that it modifies.
+pub fn example(effect: EffectId) -> String {
+    let table = |effect: EffectId| {
+        let values = effect.parameters().iter().zip(effect.example());
+        let rows = values.map(|(parameter, value)| format!("{} = {value:?}\n", parameter.name));
+        format!("[effect.{}]\n{}", effect.name(), rows.collect::<String>())
+    };
+    let modified = effect.modifies().first().map(|modified| table(*modified) + "\n");
+    modified.unwrap_or_default() + &table(effect)
+}
+
+fn words(likeness: &Likeness) -> String {
+    let degree = match likeness.degree {
+        Degree::Equal(_) => "exactly equal",
+        Degree::StandIn(_) => "stands in for it",
+        Degree::Similar => "similar",
+    };
+    format!("{}: {degree} {}", likeness.other.name(), likeness.place)
+}
+
+/// Key, unit and allowed values, for either kind of axis where they differ.
+fn keys(parameters: &[Parameter]) -> String {
+    let rows: Vec<[String; 3]> = parameters.iter().flat_map(rows).collect();
+    let width = |column: usize| rows.iter().map(|row| columns(&row[column])).max().unwrap_or_default();
+    let (key, unit) = (width(0), width(1));
+    let line = |[name, of, allowed]: &[String; 3]| format!("{INDENT}{name:<key$}  {of:<unit$}  {allowed}\n");
+    rows.iter().map(line).collect()
+}
+
+fn rows(parameter: &Parameter) -> Vec<[String; 3]> {
+    let row = |motion: Motion, remark: &str| {
+        let allowed = format!("{}{remark}", parameter.allowed());
+        [parameter.key(motion).to_owned(), parameter.unit(motion).to_owned(), allowed]
+    };
+    let differs = parameter.name != parameter.revolute_name || parameter.unit != parameter.revolute_unit;
+    if differs {
+        vec![row(Motion::Prismatic, ""), row(Motion::Revolute, ", on a revolute axis")]
+    } else {
+        vec![row(Motion::Prismatic, "")]
+    }
+}
