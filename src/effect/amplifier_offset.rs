@@ -1,6 +1,7 @@
 //! A voltage at zero command.
 
 use super::law::infinite;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -61,4 +62,13 @@ impl Law for AmplifierOffset {
     const SHOWN_BY: &'static str = "Control effort that differs by a constant from what current or motor force take, in any motion and at standstill.";
     const EXAMPLE: &'static [f64] = &[0.1];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let volt = scale.voltage_v;
+        Sizes::one((1e-6, 0.3), move |s| drawn.sign * s * volt)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -1,5 +1,6 @@
 //! Friction that differs between the two directions.
 
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -111,6 +112,16 @@ impl Law for AsymmetricFriction {
         EffectId::ConstantForce,
         "where only the Coulomb part differs between the directions",
     )];
+
+    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (lean, sign) = (drawn.lean, drawn.sign);
+        // In proportion to Coulomb friction it is a constant force.
+        Sizes::new((1e-4, 0.8), move |s| vec![lean, sign * s]).from_reduced(vec![lean, 0.0])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
 }
 
 /// A fit starts inside of where one direction would be free of friction.

@@ -1,6 +1,7 @@
 //! Lost motion between motor and load.
 
 use super::law::{LOAD_UNSEEN, negative};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -68,4 +69,13 @@ impl Law for Backlash {
     const SHOWN_BY: &'static str = "Load position that stands still after a reversal while the motor moves on: reversals at several places.";
     const EXAMPLE: &'static [f64] = &[2e-5];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let travel = scale.stroke.abs();
+        Sizes::one((1e-7, 5e-3), move |s| s * travel)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::resonance::resonances;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
@@ -95,4 +96,14 @@ impl Law for BaseModeShift {
         EffectId::FlexibleMode,
         "in most recordings: a shifted mode and one mode more ring at the same frequency",
     )];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let modes = scale.constants.modes.len() as f64;
+        let mode = 1.0 + (drawn.share[0] * modes).floor();
+        Sizes::new((0.005, 0.75), move |s| vec![mode, 1.0 + drawn.sign * s, 1.0])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

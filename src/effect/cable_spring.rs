@@ -1,6 +1,7 @@
 //! A spring between moving part and base.
 
 use super::law::{infinite, negative};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -84,4 +85,14 @@ impl Law for CableSpring {
         "Motor force that changes in proportion to position: slow strokes over the whole travel, both ways.";
     const EXAMPLE: &'static [f64] = &[400.0, 0.02];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (force, stroke) = (scale.force, scale.stroke);
+        let centre = stroke * drawn.share[0];
+        Sizes::new((1e-6, 0.5), move |s| vec![s * force / stroke.abs(), centre])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -75,6 +75,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::lacks(constants),)+ }
             }
 
+            /// See [`Law::sizes`].
+            pub fn sizes(self, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+                match self { $(Self::$law => <$law as Law>::sizes(scale, absorbed, drawn),)+ }
+            }
+
             /// See [`Law::EQUATION`].
             pub fn equation(self) -> &'static str {
                 match self { $(Self::$law => <$law as Law>::EQUATION,)+ }
@@ -165,6 +170,11 @@ macro_rules! catalogue {
             #[inline]
             pub fn read(&self, position: f64) -> f64 {
                 match self { $(Self::$law(law) => law.read(position),)+ }
+            }
+
+            /// See [`Law::unlike`].
+            pub fn unlike(&self) -> Unlike {
+                match self { $(Self::$law(law) => law.unlike(),)+ }
             }
 
             /// Whether the law acts through a door.

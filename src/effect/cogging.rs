@@ -3,6 +3,7 @@
 use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -89,4 +90,13 @@ impl Law for Cogging {
     const EXAMPLE: &'static [f64] = &[0.012, 8.0, 3.0, 2.0, 0.0];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::CableSpring, "where less than a pitch is travelled")];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let force = scale.force;
+        Sizes::new((1e-7, 0.2), move |s| drawn.wave(s * force))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::ForceHarmonics { period: self.period_m, first: self.sine_n.hypot(self.cosine_n) }
+    }
 }

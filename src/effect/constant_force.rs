@@ -1,6 +1,7 @@
 //! A constant force along the axis.
 
 use super::law::infinite;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
@@ -79,4 +80,13 @@ impl Law for ConstantForce {
             "where the travel is short against the distance from the spring's point",
         ),
     ];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let force = scale.force;
+        Sizes::one((1e-6, 0.3), move |s| drawn.sign * s * force)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -1,6 +1,7 @@
 //! Gains of the controller that are not those stated, each an effect of its own.
 
 use super::law::{negative, not_positive};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
@@ -81,6 +82,14 @@ macro_rules! gain {
             const SHOWN_BY: &'static str = $shown_by;
             const EXAMPLE: &'static [f64] = &[1.1];
             const CONFUSABLE: &'static [Likeness] = &[];
+
+            fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+                Sizes::one((1e-4, 0.5), move |s| 1.0 + drawn.sign * s)
+            }
+
+            fn unlike(&self) -> Unlike {
+                Unlike::Nothing
+            }
         }
     };
 }

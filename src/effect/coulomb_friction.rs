@@ -1,6 +1,7 @@
 //! Coulomb friction of the guide.
 
 use super::law::negative;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -71,4 +72,13 @@ impl Law for CoulombFriction {
         "Force that changes sign with the direction of motion: reversals, strokes both ways.";
     const EXAMPLE: &'static [f64] = &[15.0];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let force = scale.force;
+        Sizes::one((1e-6, 0.2), move |s| s * force)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
 }

@@ -1,6 +1,7 @@
 //! Small voltages that do not reach the motor.
 
 use super::law::negative;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -67,4 +68,13 @@ impl Law for DeadZone {
     const EXAMPLE: &'static [f64] = &[0.05];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::CoulombFriction, "where neither current nor force is logged")];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let volt = scale.voltage_v;
+        Sizes::one((1e-6, 0.1), move |s| s * volt)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::reading_error::{error, inverse};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -74,4 +75,13 @@ impl Law for EncoderPeriodicError {
     const SHOWN_BY: &'static str = "Ripple of velocity and force that repeats along the axis and grows with speed: constant speed at several feeds.";
     const EXAMPLE: &'static [f64] = &[0.004, 2e-6, 1e-6];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let travel = scale.stroke.abs();
+        Sizes::new((1e-8, 1e-3), move |s| drawn.wave(s * travel)[..3].to_vec())
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -1,6 +1,7 @@
 //! Steps of the encoder coarser than stated.
 
 use super::law::not_positive;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -65,4 +66,14 @@ impl Law for EncoderResolution {
         "Recorded positions on a coarser grid than stated, and a control effort that jumps with each step.";
     const EXAMPLE: &'static [f64] = &[5e-6];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let (step, travel) = (scale.constants.encoder_step, scale.stroke.abs());
+        let step = if step > 0.0 { step } else { 1e-6 * travel };
+        Sizes::one((3.0, 1e3), move |s| s * step)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -1,6 +1,7 @@
 //! Scale of the encoder off its stated value.
 
 use super::law::not_positive;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
 use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
@@ -65,4 +66,12 @@ impl Law for EncoderScale {
         "where neither a force nor a second position is logged, with drag calibrated by the same factor",
         |_, logged| !logged.contains(&Signal::Thrust) && !logged.contains(&Signal::LoadPosition),
     )];
+
+    fn sizes(_scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        Sizes::one((least_beyond(absorbed.force_constant), 0.2), move |s| 1.0 + drawn.sign * s)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -1,6 +1,7 @@
 //! The motor's force constant off its stated value.
 
 use super::law::not_positive;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
 use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use crate::recording::Signal;
@@ -75,4 +76,12 @@ impl Law for ForceConstant {
             |_, logged| !logged.contains(&Signal::Thrust),
         ),
     ];
+
+    fn sizes(_scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        Sizes::one((least_beyond(absorbed.force_constant), 0.25), move |s| 1.0 + drawn.sign * s)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

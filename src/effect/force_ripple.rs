@@ -3,6 +3,7 @@
 use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -97,4 +98,12 @@ impl Law for ForceRipple {
     const EXAMPLE: &'static [f64] = &[0.012, 0.03, 0.01, 0.0, 0.0];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::Cogging, "where the motor's force hardly changes")];
+
+    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        Sizes::new((1e-6, 0.2), move |s| drawn.wave(s))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::RippleHarmonics { period: self.period_m, first: self.sine.hypot(self.cosine) }
+    }
 }

@@ -1,5 +1,6 @@
 //! What every law of the catalogue says of itself.
 
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Likeness, Screen, Stretch};
 use crate::units::Motion;
 use serde::Serialize;
@@ -258,6 +259,13 @@ pub trait Law: Sized {
 
     /// The effects that it is confusable with, as far as their laws do not say so.
     const CONFUSABLE: &'static [Likeness];
+
+    /// Sizes from which blind trials draw: what such machines may have, from hardly there to large, whatever a diagnosis can
+    /// find of it.
+    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes;
+
+    /// What a machine of a blind trial does otherwise.
+    fn unlike(&self) -> Unlike;
 }
 
 /// See [`Law::lacks`]: the part that the effect changes is not there.

@@ -1,6 +1,7 @@
 //! Friction in proportion to what the sliders carry or the transmission transmits.
 
 use super::law::{NOTHING_TO_CHANGE, negative};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +77,20 @@ impl Law for LoadDependentFriction {
         "where the sliders' loads do not change",
         |constants, _| constants.has_slider_loads,
     )];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        if scale.constants.has_slider_loads {
+            let force = scale.force;
+            let weight = 9.81 * (scale.constants.moving_mass - scale.constants.rotor_inertia);
+            Sizes::one((1e-6, 0.2), move |s| s * force / weight)
+        } else {
+            Sizes::one((1e-4, 0.4), move |s| s)
+        }
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
 }
 
 /// Losses from those of a good spur gear to those of a small many-staged one that is hardly driven back, to start a fit from.

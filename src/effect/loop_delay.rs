@@ -1,6 +1,7 @@
 //! Time between commanded and applied voltage.
 
 use super::law::negative;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -64,4 +65,13 @@ impl Law for LoopDelay {
         Likeness::similar(EffectId::WindingInductance, "where no current is logged"),
         Likeness::similar(EffectId::VelocityFilter, "where no control effort is logged"),
     ];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let period = scale.constants.sample_period_s;
+        Sizes::one((5e-3, 4.0), move |s| s * period)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

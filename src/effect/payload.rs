@@ -1,6 +1,7 @@
 //! A moving mass or inertia off its stated value.
 
 use super::law::{infinite, not_positive};
+use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -108,4 +109,13 @@ impl Law for Payload {
         "Force in proportion to acceleration: starts and stops at several accelerations.";
     const EXAMPLE: &'static [f64] = &[6.0];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let mass = scale.constants.moving_mass;
+        Sizes::one((BEYOND * absorbed.mass, 0.5), move |s| drawn.sign * s * mass)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -3,6 +3,7 @@
 use super::law::{LOAD_UNSEEN, infinite, not_positive};
 use super::periodogram::Pitch;
 use super::reading_error::{columns, error, inverse};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
@@ -105,4 +106,13 @@ impl Law for ScrewError {
         "where one sensor sees the load and no other the motor",
         |constants, logged| !logged.contains(&Signal::LoadPosition) && !constants.sees_both_ends,
     )];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (travel, both_flanks) = (scale.stroke.abs(), 0.0);
+        Sizes::new((1e-8, 1e-3), move |s| [&drawn.wave(s * travel)[..3], &[both_flanks]].concat())
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -1,6 +1,7 @@
 //! Stiction that decays with speed.
 
 use super::law::not_positive;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
 use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
@@ -106,6 +107,15 @@ impl Law for StribeckFriction {
     const EXAMPLE: &'static [f64] = &[1.6, 0.01];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::Presliding, "where the axis passes standstill quickly")];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let slow = scale.speed * between(0.02, 0.1, drawn.share[0]);
+        Sizes::new((1e-3, 2.0), move |s| vec![1.0 + s, slow])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
 }
 
 /// Stiction beyond Coulomb friction to start a fit from, as shares of it.

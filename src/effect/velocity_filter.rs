@@ -1,6 +1,7 @@
 //! Smoothing of the velocity estimate off its stated value.
 
 use super::law::negative;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -59,4 +60,14 @@ impl Law for VelocityFilter {
     const SHOWN_BY: &'static str = "Control effort behind the velocity, or a logged velocity behind the position: starts, stops, reversals.";
     const EXAMPLE: &'static [f64] = &[2e-3];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let own = scale.constants.velocity.time_constant_s();
+        let period = scale.constants.sample_period_s;
+        Sizes::one((1e-3, 30.0), move |s| own + s * period)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

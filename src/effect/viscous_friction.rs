@@ -1,6 +1,7 @@
 //! Viscous friction of the guide off its stated value.
 
 use super::law::negative;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
 use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -70,4 +71,17 @@ impl Law for ViscousFriction {
     const EXAMPLE: &'static [f64] = &[500.0];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::CoulombFriction, "where all runs move at one speed")];
+
+    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (stated, viscous, sign) = (scale.constants.viscous, drawn.viscous, drawn.sign);
+        if stated > 0.0 {
+            Sizes::one((least_beyond(absorbed.viscous), 0.9), move |s| stated * (1.0 + sign * s))
+        } else {
+            Sizes::one((1e-5, 3.0), move |s| s * viscous)
+        }
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

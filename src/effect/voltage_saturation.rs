@@ -1,6 +1,7 @@
 //! Voltage clipped below what is stated.
 
 use super::law::not_positive;
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -64,4 +65,13 @@ impl Law for VoltageSaturation {
         "Control effort beyond U that current or motor force do not follow, in runs fast enough to reach U.";
     const EXAMPLE: &'static [f64] = &[2.0];
     const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let volt = scale.voltage_v;
+        Sizes::one((1e-3, 0.75), move |s| volt * (1.0 - s))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
 }

@@ -45,7 +45,10 @@ pub fn effect_sheet(effect: EffectId, style: Style) -> String {
     out += &style.heading("keys", "");
     out += &keys(effect.parameters());
     out += &style.heading("in a machine file", "");
-    out + &example(effect).lines().map(|line| format!("{INDENT}{line}\n")).collect::<String>()
+    out + &example(effect)
+        .lines()
+        .map(|line| format!("{}\n", format!("{INDENT}{line}").trim_end()))
+        .collect::<String>()
 }
 
 /// Tables of a machine file that state the effect, and before it the one that it modifies.
