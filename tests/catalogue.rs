@@ -62,6 +62,7 @@ fn exact_every_effect_tells_what_its_law_states() {
         let told = bare(&sheet);
         let mut parts = vec![effect.phrase(), effect.site().name(), effect.source(), effect.shown_by()];
         parts.extend(effect.equation().lines());
+        parts.extend(effect.symbols());
         parts.extend(effect.group());
         parts.extend(effect.modifies().iter().map(|other| other.name()));
         parts.extend(effect.likenesses().iter().flat_map(|likeness| [likeness.other.name(), likeness.place]));
@@ -141,20 +142,39 @@ fn exact_allowed_values_are_those_that_the_law_accepts() {
     }
 }
 
+/// Documentation of an effect's law.
+fn documented(effect: EffectId) -> Vec<String> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/effect");
+    let own = folder.join(format!("{}.rs", effect.name()));
+    let file = if own.is_file() { own } else { folder.join(format!("{}.rs", effect.group().unwrap())) };
+    let text = std::fs::read_to_string(file).unwrap();
+    text.lines().filter_map(|line| Some(line.trim_start().strip_prefix("///")?.to_owned())).collect()
+}
+
 #[test]
 fn exact_equations_stand_in_the_documentation_of_their_laws() {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/effect");
-    for effect in EffectId::ALL {
-        let own = folder.join(format!("{}.rs", effect.name()));
-        let file = if own.is_file() { own } else { folder.join(format!("{}.rs", effect.group().unwrap())) };
-        let text = std::fs::read_to_string(file).unwrap();
-        let documented: String = text.lines().filter(|line| line.trim_start().starts_with("///")).collect();
-        for case in effect.equation().lines() {
-            // "F = …" of the documentation may go on with "where" or "with" in words of its own.
-            for part in case.split(" with ") {
-                let part = bare(part);
-                assert!(bare(&documented).contains(&part), "{}: {part}", effect.name());
-            }
+    for &effect in EffectId::ALL {
+        let documentation = bare(&documented(effect).concat());
+        // The documentation has "with φ = …" behind the mark of code.
+        for part in effect.equation().lines().flat_map(|case| case.split(" with ")) {
+            assert!(documentation.contains(&bare(part)), "{}: {part}", effect.name());
+        }
+    }
+}
+
+/// The documentation of a parameter's field begins with its symbol, which stands in the equation.
+#[test]
+fn exact_symbols_are_those_of_the_documentation() {
+    for &effect in EffectId::ALL {
+        let documentation = documented(effect);
+        for symbol in effect.symbols() {
+            let begins = |line: &String| {
+                let rest = line.trim_start().strip_prefix(symbol);
+                rest.is_some_and(|rest| rest.starts_with([' ', ',', '.', ';']))
+            };
+            assert!(documentation.iter().any(begins), "{}: no field begins with {symbol}", effect.name());
+            let in_equation = symbol.trim_end_matches("/2π");
+            assert!(effect.equation().contains(in_equation), "{}: no {symbol} in it", effect.name());
         }
     }
 }
@@ -179,14 +199,15 @@ fn exact_doors_are_those_that_change_something() {
         let law = &stated(effect, Motion::Prismatic, effect.example()).unwrap().acting()[0];
         let places = (1..40).map(|k| (0.0013 * f64::from(k), 0.01 * f64::from(k) - 0.2));
         for (position, velocity) in places {
-            let acts = [
-                (Door::Push, law.push(position, velocity) != 0.0),
-                (Door::Ripple, law.ripple(position) != 0.0),
-                (Door::Transmission, law.stops([position; 2]) != [position; 2]),
-                (Door::Reading, law.read(position) != position),
-            ];
-            for (door, acts) in acts {
-                assert_eq!(acts, law.acts_through(door), "{}, {door:?} at {position}", effect.name());
+            // A new door is a line in the list and an arm here.
+            let acts = |door: Door| match door {
+                Door::Push => law.push(position, velocity) != 0.0,
+                Door::Ripple => law.ripple(position) != 0.0,
+                Door::Transmission => law.stops([position; 2]) != [position; 2],
+                Door::Reading => law.read(position) != position,
+            };
+            for door in [Door::Push, Door::Ripple, Door::Transmission, Door::Reading] {
+                assert_eq!(acts(door), law.acts_through(door), "{}, {door:?} at {position}", effect.name());
             }
         }
     }

@@ -58,6 +58,7 @@ impl Law for AmplifierOffset {
     }
 
     const EQUATION: &'static str = "u_applied = u + u_0";
+    const SYMBOLS: &'static [&'static str] = &["u_0"];
     const SOURCE: &'static str = "offset of any analogue amplifier or converter";
     const SHOWN_BY: &'static str = "Control effort that differs by a constant from what current or motor force take, in any motion and at standstill.";
     const EXAMPLE: &'static [f64] = &[0.1];

@@ -104,6 +104,7 @@ impl Law for AsymmetricFriction {
 
     const EQUATION: &'static str =
         "v > 0:  F = −(F_c·(1 + a) + c·(1 + b)·v)\nv < 0:  F = +(F_c·(1 − a) + c·(1 − b)·|v|)";
+    const SYMBOLS: &'static [&'static str] = &["a", "b"];
     const SOURCE: &'static str = "Janot, Gautier, Brunot (2019), section 4";
     const SHOWN_BY: &'static str =
         "Drag that differs between the directions: the same strokes both ways, at several feeds.";

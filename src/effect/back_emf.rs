@@ -73,6 +73,7 @@ impl Law for BackEmf {
     }
 
     const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SYMBOLS: &'static [&'static str] = &["Ke"];
     const SOURCE: &'static str = "any text on electrical drives";
     const SHOWN_BY: &'static str =
         "Control effort beside current, in proportion to speed: constant speed at several feeds.";

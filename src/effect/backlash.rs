@@ -65,6 +65,7 @@ impl Law for Backlash {
     }
 
     const EQUATION: &'static str = "x stays while |q − x| < b/2, else x = q ∓ b/2";
+    const SYMBOLS: &'static [&'static str] = &["b"];
     const SOURCE: &'static str = "ISO 230-2; play operator, Krasnosel'skii, Pokrovskii (1989)";
     const SHOWN_BY: &'static str = "Load position that stands still after a reversal while the motor moves on: reversals at several places.";
     const EXAMPLE: &'static [f64] = &[2e-5];

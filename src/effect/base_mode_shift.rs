@@ -89,6 +89,7 @@ impl Law for BaseModeShift {
     }
 
     const EQUATION: &'static str = "f_j = a·f_j,stated\nM_j = b·M_j,stated";
+    const SYMBOLS: &'static [&'static str] = &["j", "a", "b"];
     const SOURCE: &'static str = "the modes that the machine file states";
     const SHOWN_BY: &'static str = "Ringing after changes of the acceleration, at another frequency or size than stated: quick strokes with dwells.";
     const EXAMPLE: &'static [f64] = &[1.0, 0.6, 1.0];

@@ -80,6 +80,7 @@ impl Law for CableSpring {
     }
 
     const EQUATION: &'static str = "F = −k·(x − x_0)";
+    const SYMBOLS: &'static [&'static str] = &["k", "x_0"];
     const SOURCE: &'static str = "Hooke's law";
     const SHOWN_BY: &'static str =
         "Motor force that changes in proportion to position: slow strokes over the whole travel, both ways.";

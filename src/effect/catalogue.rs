@@ -85,6 +85,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::EQUATION,)+ }
             }
 
+            /// See [`Law::SYMBOLS`].
+            pub fn symbols(self) -> &'static [&'static str] {
+                match self { $(Self::$law => <$law as Law>::SYMBOLS,)+ }
+            }
+
             /// See [`Law::SOURCE`].
             pub fn source(self) -> &'static str {
                 match self { $(Self::$law => <$law as Law>::SOURCE,)+ }
@@ -127,8 +132,9 @@ macro_rules! catalogue {
         }
 
         $(const _: () = assert!(
-            <$law as Law>::EXAMPLE.len() == <$law as Law>::PARAMETERS.len(),
-            "an example has a value for each parameter"
+            <$law as Law>::EXAMPLE.len() == <$law as Law>::PARAMETERS.len()
+                && <$law as Law>::SYMBOLS.len() == <$law as Law>::PARAMETERS.len(),
+            "an example has a value for each parameter, and an equation a symbol"
         );)+
 
         /// One effect with its parameters.

@@ -85,6 +85,7 @@ impl Law for Cogging {
     }
 
     const EQUATION: &'static str = "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ with φ = 2π·x/p";
+    const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂"];
     const SOURCE: &'static str = "Gieras, Piech, Tomczuk (2011), Linear Synchronous Motors, section 3.8";
     const SHOWN_BY: &'static str = "Force that repeats along the axis whatever the motor does: slow constant speed over several pitches.";
     const EXAMPLE: &'static [f64] = &[0.012, 8.0, 3.0, 2.0, 0.0];

@@ -65,6 +65,7 @@ impl Law for ConstantForce {
     }
 
     const EQUATION: &'static str = "F = −F_0";
+    const SYMBOLS: &'static [&'static str] = &["F_0"];
     const SOURCE: &'static str = "Janot, Gautier, Brunot (2019), eq. 2, term offset";
     const SHOWN_BY: &'static str =
         "Motor force that stays the same in both directions: strokes both ways, slow motion.";

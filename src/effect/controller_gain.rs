@@ -78,6 +78,7 @@ macro_rules! gain {
             }
 
             const EQUATION: &'static str = "K = f·K_stated";
+            const SYMBOLS: &'static [&'static str] = &["f"];
             const SOURCE: &'static str = "the control law that the machine file states";
             const SHOWN_BY: &'static str = $shown_by;
             const EXAMPLE: &'static [f64] = &[1.1];

@@ -67,6 +67,7 @@ impl Law for CoulombFriction {
 
     const EQUATION: &'static str =
         "v ≠ 0:  F = −F_c·sgn(v)\nv = 0:  F = whatever holds the axis, up to |F| ≤ F_c";
+    const SYMBOLS: &'static [&'static str] = &["F_c"];
     const SOURCE: &'static str = "Coulomb (1785); Janot, Gautier, Brunot (2019), eq. 2, term Fc·sign(q̇)";
     const SHOWN_BY: &'static str =
         "Force that changes sign with the direction of motion: reversals, strokes both ways.";

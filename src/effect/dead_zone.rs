@@ -62,6 +62,7 @@ impl Law for DeadZone {
     }
 
     const EQUATION: &'static str = "|u| ≤ w:  u_applied = 0\n|u| > w:  u_applied = u − w·sgn(u)";
+    const SYMBOLS: &'static [&'static str] = &["w"];
     const SOURCE: &'static str = "Slotine, Li (1991), Applied Nonlinear Control, section 5.2";
     const SHOWN_BY: &'static str =
         "Control effort that passes zero without current or motor force: dwells, reversals, slow motion.";

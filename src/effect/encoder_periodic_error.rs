@@ -71,6 +71,7 @@ impl Law for EncoderPeriodicError {
     }
 
     const EQUATION: &'static str = "reading = x + s·sin(2πx/p) + c·cos(2πx/p)";
+    const SYMBOLS: &'static [&'static str] = &["p", "s", "c"];
     const SOURCE: &'static str = "encoder data sheets: position error over one signal period or one turn";
     const SHOWN_BY: &'static str = "Ripple of velocity and force that repeats along the axis and grows with speed: constant speed at several feeds.";
     const EXAMPLE: &'static [f64] = &[0.004, 2e-6, 1e-6];

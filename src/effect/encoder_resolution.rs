@@ -61,6 +61,7 @@ impl Law for EncoderResolution {
     }
 
     const EQUATION: &'static str = "reading = r·round(x/r)";
+    const SYMBOLS: &'static [&'static str] = &["r"];
     const SOURCE: &'static str = "quantisation";
     const SHOWN_BY: &'static str =
         "Recorded positions on a coarser grid than stated, and a control effort that jumps with each step.";

@@ -58,6 +58,7 @@ impl Law for EncoderScale {
     }
 
     const EQUATION: &'static str = "reading = f·x";
+    const SYMBOLS: &'static [&'static str] = &["f"];
     const SOURCE: &'static str = "unit conversion; thermal expansion of steel scales, 10.5 µm/(m·K)";
     const SHOWN_BY: &'static str = "A second position beside the encoder's. Without one: motor force beside acceleration, where a force is logged.";
     const EXAMPLE: &'static [f64] = &[1.08];

@@ -84,6 +84,7 @@ impl Law for FlexibleMode {
     }
 
     const EQUATION: &'static str = "M·(η̈ + 2ζω·η̇ + ω²·η) = −F";
+    const SYMBOLS: &'static [&'static str] = &["ω/2π", "M", "ζ"];
     const SOURCE: &'static str = "Ewins (2000), Modal Testing, section 2.4";
     const SHOWN_BY: &'static str = "Ringing after changes of the acceleration, at a frequency that no stated mode has: quick strokes with dwells.";
     const EXAMPLE: &'static [f64] = &[45.0, 600.0, 0.03];

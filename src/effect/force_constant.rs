@@ -61,6 +61,7 @@ impl Law for ForceConstant {
     }
 
     const EQUATION: &'static str = "Kt = f·Kt_stated";
+    const SYMBOLS: &'static [&'static str] = &["f"];
     const SOURCE: &'static str = "any motor data sheet; magnets lose 0.1 to 0.2 % of their flux per kelvin";
     const SHOWN_BY: &'static str = "Motor force beside current. Without a force signal: accelerations, as far as mass and drag are known.";
     const EXAMPLE: &'static [f64] = &[0.9];

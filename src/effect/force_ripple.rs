@@ -92,6 +92,7 @@ impl Law for ForceRipple {
 
     const EQUATION: &'static str =
         "F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ) with φ = 2π·x/p";
+    const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂"];
     const SOURCE: &'static str = "Gieras, Piech, Tomczuk (2011), Linear Synchronous Motors, section 3.8";
     const SHOWN_BY: &'static str =
         "Force in proportion to the motor's that repeats along the axis: accelerations over several pitches.";

@@ -248,6 +248,9 @@ pub trait Law: Sized {
     /// Its equation as its documentation has it, one line a case.
     const EQUATION: &'static str;
 
+    /// The symbols of its parameters in that equation.
+    const SYMBOLS: &'static [&'static str];
+
     /// Where the equation is from.
     const SOURCE: &'static str;
 

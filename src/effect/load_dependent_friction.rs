@@ -69,6 +69,7 @@ impl Law for LoadDependentFriction {
     }
 
     const EQUATION: &'static str = "F = −μ·N·sgn(v)";
+    const SYMBOLS: &'static [&'static str] = &["μ"];
     const SOURCE: &'static str = "Amontons; Duclusaud et al., ICRA 2025, model M3";
     const SHOWN_BY: &'static str = "Friction that grows with the load: runs with different payload, accelerations that lift a slider, effort through the transmission.";
     const EXAMPLE: &'static [f64] = &[0.03];

@@ -58,6 +58,7 @@ impl Law for LoopDelay {
     }
 
     const EQUATION: &'static str = "u_applied(t) = u_commanded(t − τ)";
+    const SYMBOLS: &'static [&'static str] = &["τ"];
     const SOURCE: &'static str = "Åström, Wittenmark, Computer-Controlled Systems, section 2.3";
     const SHOWN_BY: &'static str = "Current or motor force behind the control effort where accelerations begin and end. Without them: less damping of the closed loop.";
     const EXAMPLE: &'static [f64] = &[4e-4];

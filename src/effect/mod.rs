@@ -1,7 +1,8 @@
 //! The catalogue of effects: what a real machine does that its twin may leave out.
 //!
 //! Each effect is one law in one file, attached to one [`Site`] of the signal path. To add one, write the
-//! file and add its line to the `catalogue!` below: machine files, fits, diagnosis and reports pick it up.
+//! file and add its line to the `catalogue!` below: machine files, fits, diagnosis, blind trials, reports and `slideway effects`
+//! pick it up. What they need of it, [`Law`] demands.
 //! An effect in a machine file is a table under its id, for instance
 //!
 //! ```toml

@@ -103,6 +103,7 @@ impl Law for Payload {
     }
 
     const EQUATION: &'static str = "prismatic:  m = m_solid + Δm\nrevolute:  J = J_solid + ΔJ + m_l·l²";
+    const SYMBOLS: &'static [&'static str] = &["Δm"];
     const SOURCE: &'static str =
         "Newton's second law; Siciliano, Sciavicco, Villani, Oriolo (2009), Robotics, section 7.2";
     const SHOWN_BY: &'static str =

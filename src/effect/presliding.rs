@@ -78,7 +78,8 @@ impl Law for Presliding {
         None
     }
 
-    const EQUATION: &'static str = "df/dx = −σ₀·(1 + sgn(v)·f/g)";
+    const EQUATION: &'static str = "df/dx = −σ₀·(1 + sgn(v)·f/g)\ndamping (σ₁(v)/σ₀)·df/dt";
+    const SYMBOLS: &'static [&'static str] = &["σ₀", "σ₁"];
     const SOURCE: &'static str = "Canudas de Wit, Olsson, Åström, Lischinsky (1995)";
     const SHOWN_BY: &'static str = "Force over the first micrometres after a reversal or a start: small moves, and settling after a stop.";
     const EXAMPLE: &'static [f64] = &[5e5, 600.0];

@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Model
 /// `x = q + e(q)`, `e(q) = s·sin(2πq/p) + c·cos(2πq/p)`, with q the motor's end of the drive train and x the load. Where there is
-/// play each flank of the thread has its own error: that of the flank which drives the load forward is `min(1, 1 + f)·e`,
-/// that of the other one `min(1, 1 − f)·e`. f = 0: both alike; f = 1: forward only; f = −1: backward only. Without play both
+/// play each flank of the thread has its own error: `e_forward = min(1, 1 + f)·e`, `e_backward = min(1, 1 − f)·e`, forward that of
+/// the flank which drives the load forward. f = 0: both alike; f = 1: forward only; f = −1: backward only. Without play both
 /// flanks bear, and their mean counts.
 ///
 /// # Validity
@@ -97,7 +97,8 @@ impl Law for ScrewError {
         (!constants.sees_load).then_some(LOAD_UNSEEN)
     }
 
-    const EQUATION: &'static str = "x = q + e(q), e(q) = s·sin(2πq/p) + c·cos(2πq/p)";
+    const EQUATION: &'static str = "x = q + e(q), e(q) = s·sin(2πq/p) + c·cos(2πq/p)\ne_forward = min(1, 1 + f)·e, e_backward = min(1, 1 − f)·e";
+    const SYMBOLS: &'static [&'static str] = &["p", "s", "c", "f"];
     const SOURCE: &'static str = "ISO 3408-3, travel variation within one revolution";
     const SHOWN_BY: &'static str = "Load position beside motor position over several turns of the screw; play and both directions tell the flanks apart.";
     const EXAMPLE: &'static [f64] = &[0.01, 5e-6, 2e-6, 0.0];

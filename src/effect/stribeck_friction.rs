@@ -101,6 +101,7 @@ impl Law for StribeckFriction {
     }
 
     const EQUATION: &'static str = "v ≠ 0:  F = −F_c·(1 + (p − 1)·exp(−(v/v_s)²))·sgn(v)\nv = 0:  F = whatever holds the axis, up to |F| ≤ p·F_c";
+    const SYMBOLS: &'static [&'static str] = &["p", "v_s"];
     const SOURCE: &'static str = "Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2";
     const SHOWN_BY: &'static str =
         "Friction that falls as speed rises from rest: creep, slow reversals, starts after a dwell.";

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityFeedforward {
-    /// Share of the reference velocity that is fed forward, in the place of the stated one.
+    /// k_f, share of the reference velocity that is fed forward, in the place of the stated one.
     pub share: f64,
 }
 
@@ -59,6 +59,7 @@ impl Law for VelocityFeedforward {
     }
 
     const EQUATION: &'static str = "e = k_x·(x_ref − x) + k_f·v_ref − v";
+    const SYMBOLS: &'static [&'static str] = &["k_f"];
     const SOURCE: &'static str = "the control law that the machine file states";
     const SHOWN_BY: &'static str = "Control effort in proportion to the reference velocity. Without a logged effort: following error at constant speed, at several feeds.";
     const EXAMPLE: &'static [f64] = &[0.5];

@@ -56,6 +56,7 @@ impl Law for VelocityFilter {
     }
 
     const EQUATION: &'static str = "v ← v + T/(T+τ)·(estimate − v)";
+    const SYMBOLS: &'static [&'static str] = &["τ"];
     const SOURCE: &'static str = "the velocity estimate that the machine file states";
     const SHOWN_BY: &'static str = "Control effort behind the velocity, or a logged velocity behind the position: starts, stops, reversals.";
     const EXAMPLE: &'static [f64] = &[2e-3];

@@ -66,6 +66,7 @@ impl Law for ViscousFriction {
     }
 
     const EQUATION: &'static str = "F(v) = −c·v";
+    const SYMBOLS: &'static [&'static str] = &["c"];
     const SOURCE: &'static str = "Janot, Gautier, Brunot (2019), eq. 2, term Fv·q̇";
     const SHOWN_BY: &'static str = "Force in proportion to speed: constant speed at several feeds.";
     const EXAMPLE: &'static [f64] = &[500.0];

@@ -60,6 +60,7 @@ impl Law for VoltageSaturation {
     }
 
     const EQUATION: &'static str = "u_applied = clip(u, ±U)";
+    const SYMBOLS: &'static [&'static str] = &["U"];
     const SOURCE: &'static str = "saturation of any real amplifier";
     const SHOWN_BY: &'static str =
         "Control effort beyond U that current or motor force do not follow, in runs fast enough to reach U.";

@@ -61,6 +61,7 @@ impl Law for WindingInductance {
     }
 
     const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SYMBOLS: &'static [&'static str] = &["L"];
     const SOURCE: &'static str = "any text on electrical drives";
     const SHOWN_BY: &'static str =
         "Current behind quick changes of the control effort. Slow smooth strokes do not show it.";

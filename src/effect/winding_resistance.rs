@@ -61,6 +61,7 @@ impl Law for WindingResistance {
     }
 
     const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SYMBOLS: &'static [&'static str] = &["R"];
     const SOURCE: &'static str = "temperature coefficient of copper, IEC 60228";
     const SHOWN_BY: &'static str =
         "Control effort beside current, where the motor accelerates or holds a load.";

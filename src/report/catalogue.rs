@@ -43,7 +43,7 @@ pub fn effect_sheet(effect: EffectId, style: Style) -> String {
         row(if k == 0 { "confusable" } else { "" }, &words(likeness));
     }
     out += &style.heading("keys", "");
-    out += &keys(effect.parameters());
+    out += &keys(effect);
     out += &style.heading("in a machine file", "");
     out + &example(effect)
         .lines()
@@ -71,19 +71,23 @@ fn words(likeness: &Likeness) -> String {
     format!("{}: {degree} {}", likeness.other.name(), likeness.place)
 }
 
-/// Key, unit and allowed values, for either kind of axis where they differ.
-fn keys(parameters: &[Parameter]) -> String {
-    let rows: Vec<[String; 3]> = parameters.iter().flat_map(rows).collect();
+/// Symbol, key, unit and allowed values, for either kind of axis where they differ.
+fn keys(effect: EffectId) -> String {
+    let parameters = effect.symbols().iter().zip(effect.parameters());
+    let rows: Vec<[String; 4]> = parameters.flat_map(|(symbol, parameter)| rows(symbol, parameter)).collect();
     let width = |column: usize| rows.iter().map(|row| columns(&row[column])).max().unwrap_or_default();
-    let (key, unit) = (width(0), width(1));
-    let line = |[name, of, allowed]: &[String; 3]| format!("{INDENT}{name:<key$}  {of:<unit$}  {allowed}\n");
+    let (sign, key, unit) = (width(0), width(1), width(2));
+    let line = |[symbol, name, of, allowed]: &[String; 4]| {
+        format!("{INDENT}{symbol:<sign$}  {name:<key$}  {of:<unit$}  {allowed}\n")
+    };
     rows.iter().map(line).collect()
 }
 
-fn rows(parameter: &Parameter) -> Vec<[String; 3]> {
+fn rows(symbol: &str, parameter: &Parameter) -> Vec<[String; 4]> {
     let row = |motion: Motion, remark: &str| {
         let allowed = format!("{}{remark}", parameter.allowed());
-        [parameter.key(motion).to_owned(), parameter.unit(motion).to_owned(), allowed]
+        let (key, unit) = (parameter.key(motion).to_owned(), parameter.unit(motion).to_owned());
+        [symbol.to_owned(), key, unit, allowed]
     };
     let differs = parameter.name != parameter.revolute_name || parameter.unit != parameter.revolute_unit;
     if differs {
