@@ -1,7 +1,7 @@
 //! Friction that differs between the two directions.
 
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// The guide's Coulomb and viscous friction differ between the two directions.
@@ -123,6 +123,8 @@ impl Law for AsymmetricFriction {
     fn unlike(&self) -> Unlike {
         Unlike::Bristles
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }
 
 /// A fit starts inside of where one direction would be free of friction.

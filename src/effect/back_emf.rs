@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, negative};
 use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -98,4 +98,6 @@ impl Law for BackEmf {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -2,7 +2,7 @@
 
 use super::law::{LOAD_UNSEEN, negative};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Backlash (lost motion): after a reversal the motor travels the gap before the load follows.
@@ -79,4 +79,6 @@ impl Law for Backlash {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

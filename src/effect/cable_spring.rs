@@ -2,7 +2,7 @@
 
 use super::law::{infinite, negative};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A spring to a point: a cable chain, bellows, a counterbalance.
@@ -96,4 +96,6 @@ impl Law for CableSpring {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -80,6 +80,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::sizes(scale, absorbed, drawn),)+ }
             }
 
+            /// See [`Law::NOMINAL`].
+            pub fn nominal(self) -> Option<Nominal> {
+                match self { $(Self::$law => <$law as Law>::NOMINAL,)+ }
+            }
+
             /// See [`Law::EQUATION`].
             pub fn equation(self) -> &'static str {
                 match self { $(Self::$law => <$law as Law>::EQUATION,)+ }

@@ -4,7 +4,7 @@ use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Cogging (detent force): magnets and teeth attract each other, current or not.
@@ -100,4 +100,6 @@ impl Law for Cogging {
     fn unlike(&self) -> Unlike {
         Unlike::ForceHarmonics { period: self.period_m, first: self.sine_n.hypot(self.cosine_n) }
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

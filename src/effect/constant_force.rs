@@ -2,7 +2,7 @@
 
 use super::law::infinite;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
@@ -90,4 +90,6 @@ impl Law for ConstantForce {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

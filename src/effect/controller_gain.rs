@@ -2,7 +2,7 @@
 
 use super::law::{negative, not_positive};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
@@ -91,6 +91,8 @@ macro_rules! gain {
             fn unlike(&self) -> Unlike {
                 Unlike::Nothing
             }
+
+            const NOMINAL: Option<Nominal> = None;
         }
     };
 }

@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Coulomb (dry) friction of the guide.
@@ -82,4 +82,6 @@ impl Law for CoulombFriction {
     fn unlike(&self) -> Unlike {
         Unlike::Bristles
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

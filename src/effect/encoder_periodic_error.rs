@@ -3,7 +3,7 @@
 use super::law::{infinite, not_positive};
 use super::reading_error::{error, inverse};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Error of the encoder that repeats along the axis: an eccentric disc, interpolation within a grating period.
@@ -85,4 +85,6 @@ impl Law for EncoderPeriodicError {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

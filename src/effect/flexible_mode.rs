@@ -3,7 +3,7 @@
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::resonance::resonances;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
-use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -103,4 +103,6 @@ impl Law for FlexibleMode {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

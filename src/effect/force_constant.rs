@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
@@ -85,4 +85,6 @@ impl Law for ForceConstant {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = Some(Nominal::ForceConstant);
 }

@@ -4,7 +4,7 @@ use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Force ripple: the motor's force constant varies along its magnets.
@@ -107,4 +107,6 @@ impl Law for ForceRipple {
     fn unlike(&self) -> Unlike {
         Unlike::RippleHarmonics { period: self.period_m, first: self.sine.hypot(self.cosine) }
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -156,6 +156,21 @@ impl Parameter {
     }
 }
 
+/// A nominal parameter of a machine with a tolerance of its own: inside it a deviation is calibration, beyond it a cause.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nominal {
+    /// Moving mass or inertia.
+    MovingMass,
+    /// Viscous coefficient of the guide.
+    Viscous,
+    /// Force or torque constant.
+    ForceConstant,
+    /// Resistance of the winding.
+    Resistance,
+    /// Inductance of the winding.
+    Inductance,
+}
+
 /// A way in which a law acts on the twin, beside moving its constants.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Door {
@@ -269,6 +284,9 @@ pub trait Law: Sized {
 
     /// What a machine of a blind trial does otherwise.
     fn unlike(&self) -> Unlike;
+
+    /// The nominal parameter that it moves, where a machine file states a tolerance for that.
+    const NOMINAL: Option<Nominal>;
 }
 
 /// See [`Law::lacks`]: the part that the effect changes is not there.

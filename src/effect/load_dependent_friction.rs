@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, negative};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dry friction proportional to the loads of the four bearing sliders, or, on a machine without them, to what its transmission
@@ -92,6 +92,8 @@ impl Law for LoadDependentFriction {
     fn unlike(&self) -> Unlike {
         Unlike::Bristles
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }
 
 /// Losses from those of a good spur gear to those of a small many-staged one that is hardly driven back, to start a fit from.

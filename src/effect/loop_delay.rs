@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead time between the controller's effort and the voltage at the motor, beyond what is stated.
@@ -75,4 +75,6 @@ impl Law for LoopDelay {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

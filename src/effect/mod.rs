@@ -73,7 +73,7 @@ pub use encoder_scale::EncoderScale;
 pub use flexible_mode::FlexibleMode;
 pub use force_constant::ForceConstant;
 pub use force_ripple::ForceRipple;
-pub use law::{Door, Law, Parameter, Site};
+pub use law::{Door, Law, Nominal, Parameter, Site};
 pub use likeness::{Degree, Likeness, Rule};
 pub use load_dependent_friction::LoadDependentFriction;
 pub use loop_delay::LoopDelay;

@@ -2,7 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Mass carried beside the solid model's: a workpiece, a fixture, coolant, or a model that weighs wrong.
@@ -119,4 +119,6 @@ impl Law for Payload {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = Some(Nominal::MovingMass);
 }

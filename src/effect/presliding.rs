@@ -2,7 +2,7 @@
 
 use super::law::{negative, not_positive};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::guide::Bristle;
 use serde::{Deserialize, Serialize};
 
@@ -97,6 +97,8 @@ impl Law for Presliding {
     fn unlike(&self) -> Unlike {
         Unlike::Bristles
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }
 
 /// Damping ratio of the moving part on its bristles, to start a fit from.

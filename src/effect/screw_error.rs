@@ -4,7 +4,7 @@ use super::law::{LOAD_UNSEEN, infinite, not_positive};
 use super::periodogram::Pitch;
 use super::reading_error::{columns, error, inverse};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
@@ -116,4 +116,6 @@ impl Law for ScrewError {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
 
@@ -117,6 +117,8 @@ impl Law for StribeckFriction {
     fn unlike(&self) -> Unlike {
         Unlike::Bristles
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }
 
 /// Stiction beyond Coulomb friction to start a fit from, as shares of it.

@@ -3,7 +3,7 @@
 use super::controller_gain::gain_is_absent;
 use super::law::infinite;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
@@ -78,4 +78,6 @@ impl Law for VelocityFeedforward {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A filter in the velocity estimate that is not the stated one.
@@ -71,4 +71,6 @@ impl Law for VelocityFilter {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = None;
 }

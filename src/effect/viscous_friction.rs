@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
-use super::{Constants, EffectId, Law, Likeness, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Viscous friction whose coefficient is not the stated one.
@@ -85,4 +85,6 @@ impl Law for ViscousFriction {
     fn unlike(&self) -> Unlike {
         Unlike::Nothing
     }
+
+    const NOMINAL: Option<Nominal> = Some(Nominal::Viscous);
 }
