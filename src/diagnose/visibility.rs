@@ -75,7 +75,7 @@ fn hidden(effect: EffectId, experiment: &Experiment) -> Option<&'static str> {
         (Stretch::MotorForce, Input::Thrust) if !logged(Signal::Current) => Some(
             "It acts before the first signal that is known: log the motor's current or the control effort.",
         ),
-        (Stretch::Drive | Stretch::MotorForce | Stretch::Mechanics, _) => None,
+        (Stretch::Drive | Stretch::MotorForce | Stretch::Mechanics | Stretch::Log, _) => None,
     }
 }
 

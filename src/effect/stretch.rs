@@ -21,4 +21,6 @@ pub enum Stretch {
     /// From motor force to reading as well, but on the reading's last digits: by them alone it moves nothing, and shows where the
     /// loop is replayed.
     Rounding,
+    /// Beside the path: in what the log says of several of its signals. No stretch that is clean rules it out.
+    Log,
 }

@@ -51,15 +51,12 @@ pub fn effect_sheet(effect: EffectId, style: Style) -> String {
         .collect::<String>()
 }
 
-/// Tables of a machine file that state the effect, and before it the one that it modifies.
+/// Tables of a machine file that state the effect, and before it what it modifies.
 pub fn example(effect: EffectId) -> String {
-    let table = |effect: EffectId| {
-        let values = effect.parameters().iter().zip(effect.example());
-        let rows = values.map(|(parameter, value)| format!("{} = {value:?}\n", parameter.name));
-        format!("[effect.{}]\n{}", effect.name(), rows.collect::<String>())
-    };
-    let modified = effect.modifies().first().map(|modified| table(*modified) + "\n");
-    modified.unwrap_or_default() + &table(effect)
+    let values = effect.parameters().iter().zip(effect.example());
+    let rows: String = values.map(|(parameter, value)| format!("{} = {value:?}\n", parameter.name)).collect();
+    let modified = effect.modifies().first().map(|modified| example(*modified) + "\n");
+    format!("{}[effect.{}]\n{rows}", modified.unwrap_or_default(), effect.name())
 }
 
 fn words(likeness: &Likeness) -> String {
