@@ -5,6 +5,8 @@ mod strokes;
 
 use slideway::diagnose::verdict::Cause;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::drive::current_loop::CurrentLoop;
+use slideway::drive::motor::Motor;
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role};
@@ -13,6 +15,26 @@ use strokes::Strokes;
 
 fn machine() -> Machine {
     Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap()
+}
+
+/// The same with a torque-controlled amplifier: a current loop with the lag of its winding.
+fn with_current_loop() -> Machine {
+    let lines = machine().description().motor.lines_of_action_m().to_vec();
+    let motor = CurrentLoop {
+        command_a_per_v: 1.0 / 1.3,
+        time_constant_s: 0.008 / 1.3,
+        force_constant_n_per_a: machine().constants().force_constant(),
+        current_limit_a: None,
+        lines_of_action_m: lines,
+        magnet_pitch_m: None,
+    };
+    let motor = toml::Value::try_from(Motor::CurrentLoop(motor)).unwrap();
+    machine().with_settings([("motor", motor)]).unwrap()
+}
+
+/// The machine that can have the hidden effect.
+fn machine_for(hidden: &str) -> Machine {
+    if hidden.contains("current_loop") { with_current_loop() } else { machine() }
 }
 
 /// Stroke (m), feed (m/min) and role of each run.
@@ -25,7 +47,7 @@ const CELLS: [(f64, f64, Role); 4] = [
 
 /// Hidden settings `key=value`, joined by spaces.
 fn recording(hidden: &str, seed: u64) -> Recording {
-    let stated = machine();
+    let stated = machine_for(hidden);
     let settings: Vec<(&str, toml::Value)> = hidden
         .split_whitespace()
         .map(|one| one.split_once('=').unwrap())
@@ -52,7 +74,7 @@ const fn equal(hidden: &'static str, parameter: &'static str, equals: &'static [
     Case { hidden, parameter, within: 0.05, equals }
 }
 
-const DRIVE: [Case; 14] = [
+const DRIVE: [Case; 18] = [
     case("position_gain factor=1.1", "factor", 0.01),
     case("velocity_gain factor=0.9", "factor", 0.01),
     case("integral_gain factor=1.2", "factor", 0.01),
@@ -67,9 +89,26 @@ const DRIVE: [Case; 14] = [
     case("force_constant factor=0.9", "factor", 0.01),
     case("force_ripple period_m=0.012 sine=0.03 cosine=0.01", "period_m", 0.01),
     case("cogging period_m=0.012 sine_n=8 cosine_n=3 sine_2_n=2", "sine_n", 0.03),
+    case("current_loop bandwidth_hz=20", "bandwidth_hz", 0.01),
+    case(
+        "force_ripple period_m=0.012 sine=0.03 cosine=0.01 & second_force_ripple period_m=0.008 sine=0.02 cosine=0",
+        "period_m",
+        0.01,
+    ),
+    case(
+        "cogging period_m=0.012 sine_n=8 cosine_n=0 & second_cogging period_m=0.008 sine_n=5 cosine_n=0",
+        "period_m",
+        0.01,
+    ),
+    case(
+        "cogging period_m=0.012 sine_n=9 cosine_n=0 & second_cogging period_m=0.008 sine_n=6 cosine_n=0 & \
+         third_cogging period_m=0.005 sine_n=4 cosine_n=0",
+        "period_m",
+        0.01,
+    ),
 ];
 
-const MECHANICS: [Case; 17] = [
+const MECHANICS: [Case; 21] = [
     case("viscous_friction viscous_n_s_per_m=500", "viscous_n_s_per_m", 0.01),
     equal("coulomb_friction force_n=15", "force_n", &["load_dependent_friction"]),
     case(
@@ -88,6 +127,10 @@ const MECHANICS: [Case; 17] = [
         0.03,
     ),
     equal("load_dependent_friction coefficient=0.03", "coefficient", &["coulomb_friction"]),
+    case("local_friction force_n=8 centre_m=0.02 width_m=0.015", "force_n", 0.03),
+    case("coulomb_friction force_n=15 & friction_drift rate_per_s=0.05", "rate_per_s", 0.02),
+    case("external_vibration frequency_hz=17 force_n=6", "force_n", 0.03),
+    case("sensor_scale current=0.5", "current", 0.01),
     case("constant_force force_n=-12", "force_n", 0.02),
     case("cable_spring stiffness_n_per_m=400 centre_m=0.02", "stiffness_n_per_m", 0.02),
     case("payload mass_kg=6", "mass_kg", 0.02),
@@ -120,18 +163,20 @@ fn settings(hidden: &str) -> (String, String) {
     (parts.last().unwrap().0.clone(), keys.join(" "))
 }
 
-/// The friction that a hidden feature modifies.
-fn modified(hidden: &str) -> Option<&str> {
-    hidden.split_once(" & ").map(|(modified, _)| modified.split_once(' ').unwrap().0)
+/// What a hidden feature modifies.
+fn modified(hidden: &str) -> Vec<&str> {
+    let parts: Vec<&str> = hidden.split(" & ").map(|part| part.split_once(' ').unwrap().0).collect();
+    parts[..parts.len() - 1].to_vec()
 }
 
+/// The last one: that of the feature, where what it modifies has the same key.
 fn value(hidden: &str, parameter: &str) -> f64 {
     let find = |one: &str| one.strip_prefix(parameter)?.strip_prefix('=')?.parse().ok();
-    hidden.split(' ').find_map(find).unwrap()
+    hidden.split(' ').rev().find_map(find).unwrap()
 }
 
 fn run_diagnosis(hidden: &str, seed: u64) -> Diagnosis {
-    let d = diagnose(&machine(), &recording(hidden, seed), &Options::default()).unwrap();
+    let d = diagnose(&machine_for(hidden), &recording(hidden, seed), &Options::default()).unwrap();
     let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
     println!("{hidden}: {:?} {named:?} G {:.1} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
     d
@@ -142,9 +187,8 @@ fn fault(case: &Case, seed: u64) -> Option<String> {
     let (effect, keys) = settings(case.hidden);
     let d = run_diagnosis(&keys, seed);
     let (own, others): (Vec<&Cause>, Vec<&Cause>) =
-        d.causes.iter().partition(|cause| Some(cause.effect.as_str()) != modified(case.hidden));
-    let ([cause], true) = (own.as_slice(), others.len() == usize::from(modified(case.hidden).is_some()))
-    else {
+        d.causes.iter().partition(|cause| !modified(case.hidden).contains(&cause.effect.as_str()));
+    let ([cause], true) = (own.as_slice(), others.len() == modified(case.hidden).len()) else {
         let names: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
         return Some(format!("{effect}: {:?} {names:?}", d.verdict));
     };
@@ -168,7 +212,8 @@ const AMPLITUDE: f64 = 0.03;
 
 /// Whether the amplitude of what repeats along the axis is told, and right, or what is wrong with it.
 fn wave_fault(case: &Case, cause: &Cause) -> Option<String> {
-    let own: Vec<&str> = case.hidden.split(' ').filter(|one| one.starts_with("sine")).collect();
+    let feature = case.hidden.rsplit(" & ").next()?;
+    let own: Vec<&str> = feature.split(' ').filter(|one| one.starts_with("sine")).collect();
     let key = own.first()?.split('=').next()?;
     let hidden = value(case.hidden, key).hypot(value(case.hidden, &key.replace("sine", "cosine")));
     let found = cause.amplitudes[&key.replace("sine", "amplitude")].value;
@@ -214,6 +259,10 @@ fn ref_effects_that_the_data_do_not_excite_are_not_named() {
         "coulomb_friction force_n=5e-5 & stribeck_friction peak_ratio=2 stribeck_velocity_m_per_s=0.01",
         "coulomb_friction force_n=1e-4 & presliding stiffness_n_per_m=1e5",
         "load_dependent_friction coefficient=1e-7",
+        "local_friction force_n=1e-4 centre_m=0.02 width_m=0.015",
+        "external_vibration frequency_hz=17 force_n=1e-4",
+        "sensor_scale current=1.000001",
+        "current_loop bandwidth_hz=25.8602",
         "cable_spring stiffness_n_per_m=1e-3 centre_m=0.02",
         "flexible_mode frequency_hz=45 mass_kg=1e7 damping_ratio=0.03",
         "backlash width_m=1e-10",
@@ -240,13 +289,14 @@ fn ref_without_the_true_effect_the_answer_is_unknown() {
         "cogging period_m=0.012 sine_n=8 cosine_n=3 sine_2_n=2",
         "coulomb_friction force_n=10 & stribeck_friction peak_ratio=1.6 stribeck_velocity_m_per_s=0.01",
         "backlash width_m=2e-5",
+        "external_vibration frequency_hz=17 force_n=6",
         "position_gain factor=1.1",
     ];
     for (seed, hidden) in hidden.iter().enumerate() {
         let (effect, keys) = settings(hidden);
         let catalogue: Vec<EffectId> = EffectId::ALL.iter().copied().filter(|e| e.name() != effect).collect();
         let options = Options { catalogue: &catalogue, ..Options::default() };
-        let d = diagnose(&machine(), &recording(&keys, seed as u64), &options).unwrap();
+        let d = diagnose(&machine_for(&keys), &recording(&keys, seed as u64), &options).unwrap();
         println!("without {effect}: {:?}, {:?}", d.verdict, d.left.as_ref().map(|left| &left.sentence));
         assert_eq!(d.verdict, Verdict::Unknown, "{effect}");
         assert!(d.left.is_some(), "{effect}");

@@ -199,32 +199,75 @@ fn exact_axis_converges_below_what_a_diagnosis_sees() {
     }
 }
 
-/// Bristles go through each step at an even pace, also where they turn back inside it: they miss the rule by a factor of two. With
-/// every feature of dry friction at once they stay as near.
+/// Every feature of dry friction at once.
+const FEATURES: [(&str, f64); 12] = [
+    ("effect.coulomb_friction.force_n", 12.0),
+    ("effect.load_dependent_friction.coefficient", 0.005),
+    ("effect.asymmetric_friction.coulomb_asymmetry", 0.2),
+    ("effect.asymmetric_friction.viscous_asymmetry", -0.2),
+    ("effect.stribeck_friction.peak_ratio", 1.8),
+    ("effect.stribeck_friction.stribeck_velocity_m_per_s", 4e-3),
+    ("effect.presliding.stiffness_n_per_m", 2e6),
+    ("effect.presliding.damping_n_s_per_m", 600.0),
+    ("effect.local_friction.force_n", 6.0),
+    ("effect.local_friction.centre_m", 0.012),
+    ("effect.local_friction.width_m", 0.01),
+    ("effect.friction_drift.rate_per_s", 0.1),
+];
+
+/// Sample periods of the controller at which friction must have converged.
+const PERIODS_S: [f64; 2] = [250e-6, 1e-3];
+
+/// Each feature of dry friction behind bristles, and all at once, against steps 64 times finer. Bristles go through each step at an
+/// even pace, also where they turn back inside it.
 #[test]
-fn exact_bristles_converge_to_less_than_a_nanometre() {
-    let bristles = [("effect.coulomb_friction.force_n", 15.0), ("effect.presliding.stiffness_n_per_m", 2e6)];
-    let all = [
-        ("effect.coulomb_friction.force_n", 12.0),
-        ("effect.load_dependent_friction.coefficient", 0.005),
-        ("effect.asymmetric_friction.coulomb_asymmetry", 0.2),
-        ("effect.asymmetric_friction.viscous_asymmetry", -0.2),
-        ("effect.stribeck_friction.peak_ratio", 1.8),
-        ("effect.stribeck_friction.stribeck_velocity_m_per_s", 4e-3),
-        ("effect.presliding.stiffness_n_per_m", 2e6),
-        ("effect.presliding.damping_n_s_per_m", 600.0),
+fn exact_friction_converges_with_the_square_of_the_step() {
+    let bristles = [FEATURES[0], FEATURES[6]];
+    let beside = |features: &[(&'static str, f64)]| [&bristles, features].concat();
+    let sets = [
+        beside(&[]),
+        beside(&FEATURES[1..2]),
+        beside(&FEATURES[2..4]),
+        beside(&FEATURES[4..6]),
+        beside(&FEATURES[7..8]),
+        beside(&FEATURES[8..11]),
+        beside(&FEATURES[11..]),
+        FEATURES.to_vec(),
     ];
-    for settings in [&bristles[..], &all] {
-        let machine = with(&grinder(), settings);
-        for cell in [CELLS[0], CELLS[7]] {
-            let reference = reference(&machine, cell);
-            let [coarse, fine] = [1, 64].map(|division| on_finer_axis(&machine, &reference, division));
-            let error = rms_difference(&coarse.position, &fine.position);
-            println!("presliding and {} more {cell:?}: {error:.1e} m", settings.len() - 2);
-            assert!(error < 1e-9, "{settings:?} {cell:?}: {error:e} m");
+    for period_s in PERIODS_S {
+        // The error is of second order in the step.
+        let most = 1e-9 * (period_s / PERIODS_S[0]).powi(2);
+        for settings in &sets {
+            let machine = with(&with(&grinder(), &[("sample_period_s", period_s)]), settings);
+            for cell in [CELLS[0], CELLS[7]] {
+                let reference = reference(&machine, cell);
+                let [coarse, fine] = [1, 64].map(|division| on_finer_axis(&machine, &reference, division));
+                let error = rms_difference(&coarse.position, &fine.position);
+                println!("{period_s} s, {} keys, {cell:?}: {error:.1e} m", settings.len());
+                assert!(error < most, "{period_s} s: {settings:?} {cell:?}: {error:e} m");
+            }
         }
     }
 }
+
+/// The same in the rigid-body scene, against its own steps eight times finer, all features at once.
+#[test]
+fn exact_friction_converges_in_the_rigid_body_scene() {
+    let machine = with(&grinder(), &FEATURES);
+    let reference = reference(&machine, CELLS[0]);
+    let period_s = machine.description().sample_period_s;
+    let [coarse, fine] = [1.0, 8.0].map(|division| {
+        let mut twin =
+            Twin::new(&machine, Rig::with_step(&machine, period_s / division).unwrap(), Sensing::Perfect);
+        run(&mut twin, follow(&reference, period_s), |_| ())
+    });
+    let error = rms_difference(&coarse.position, &fine.position);
+    println!("scene: {error:.1e} m");
+    assert!(error < SCENE_STEP_M, "{error:e} m");
+}
+
+/// What the scene's own step may make of all features of friction: a tenth of the encoder's noise.
+const SCENE_STEP_M: f64 = 3e-9;
 
 /// The loop written out by hand and integrated by Runge and Kutta's method in steps of 2 µs: winding, mass, drag and
 /// base modes as the model states them, PDF law and velocity estimate as the controller computes them.

@@ -375,7 +375,14 @@ const OTHERWISE: Otherwise =
     Otherwise { bristle_deflection: 4e-8, bristle_damping: 0.7, harmonics: [0.0; 2], phases: [0.0; 2] };
 
 fn strokes() -> Strokes {
-    Strokes { name: "run".to_owned(), stroke: 0.03, feed: 0.1333, dwell_s: 0.2, role: Role::Training }
+    Strokes {
+        name: "run".to_owned(),
+        stroke: 0.03,
+        feed: 0.1333,
+        dwell_s: 0.2,
+        role: Role::Training,
+        begins_s: 0.0,
+    }
 }
 
 /// Without laws of its own, the forging plant is the plant inside.

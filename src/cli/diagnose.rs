@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use clap::builder::{PossibleValuesParser, TypedValueParser as _};
 use slideway::diagnose::{Diagnosis, Options, Verdict, compare, diagnose, improved};
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
@@ -16,6 +15,7 @@ use slideway::report::figure::svg;
 use slideway::report::material::Material;
 use slideway::report::{html, sentence, terminal};
 
+use super::effects::{Named, named};
 use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
 use super::subject::{check_motion, machine_of};
@@ -50,8 +50,8 @@ pub(super) struct Diagnose {
     #[arg(long = "set", value_name = "KEY=VALUE")]
     settings: Vec<Setting>,
     /// Effect, or group of effects, that the machine cannot have, struck from the catalogue; may be given several times
-    #[arg(long, value_name = "EFFECT", value_parser = struck())]
-    without: Vec<Struck>,
+    #[arg(long, value_name = "EFFECT", value_parser = named())]
+    without: Vec<Named>,
     /// Write the verdict as JSON, schema slideway-diagnosis/1; - for standard output instead of the report
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
@@ -66,24 +66,6 @@ pub(super) struct Diagnose {
     /// Exit with 1 when there is a gap
     #[arg(long)]
     exit_code: bool,
-}
-
-/// An effect by its name, or all of a group.
-#[derive(Debug, Clone)]
-struct Struck(String);
-
-impl Struck {
-    fn holds(&self, effect: EffectId) -> bool {
-        effect.name() == self.0 || effect.group() == Some(self.0.as_str())
-    }
-}
-
-fn struck() -> impl clap::builder::TypedValueParser<Value = Struck> {
-    let mut names: Vec<&str> =
-        EffectId::ALL.iter().flat_map(|e| e.group().into_iter().chain([e.name()])).collect();
-    let mut seen = std::collections::BTreeSet::new();
-    names.retain(|name| seen.insert(*name));
-    PossibleValuesParser::new(names).map(Struck)
 }
 
 /// Where the JSON goes.

@@ -4,6 +4,7 @@
 
 mod crosscheck;
 mod diagnose;
+mod effects;
 mod identify;
 mod inspect;
 mod ladder;
@@ -62,6 +63,8 @@ enum Command {
     Crosscheck(crosscheck::CrosscheckCommand),
     /// Feed a motion forward term by term: what each leaves to the feedback, predicted and measured
     Ladder(ladder::LadderCommand),
+    /// List the effects that a diagnosis looks for, or tell what one of them is
+    Effects(effects::Effects),
     /// Show what is in a recording or a machine
     Inspect(inspect::Inspect),
     /// Tune a controller in simulation: sweep, optimise, re-check where the machine is off
@@ -155,6 +158,7 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
         Command::Identify(identify) => identify.run(screen),
         Command::Crosscheck(crosscheck) => crosscheck.run(screen),
         Command::Ladder(ladder) => ladder.run(screen),
+        Command::Effects(effects) => effects.run(screen),
         Command::Inspect(inspect) => inspect.run(screen),
         Command::Tune(tune) => tune.run(screen),
         Command::Trial(trial) => trial.run(screen),

@@ -1,7 +1,7 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
-use super::{measured, phase};
 use super::run_setting::RunSettings;
+use super::{measured, phase};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;

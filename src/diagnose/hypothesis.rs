@@ -1,7 +1,7 @@
 //! A hypothesis: which effects the twin lacks, and the numbers that a fit may choose.
 
 use super::proposals::Proposals;
-use crate::effect::EffectId;
+use crate::effect::{EffectId, Nominal};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::units::Motion;
@@ -217,22 +217,22 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
     let present = &machine.description().effect;
     for &effect in EffectId::ALL {
         let values = stated_values(machine, effect);
-        match effect {
-            EffectId::Payload => push(effect, 0, values[0], tolerance.mass * stated.moving_mass),
-            EffectId::ForceConstant => push(effect, 0, values[0], tolerance.force_constant * values[0]),
-            EffectId::WindingResistance => push(effect, 0, values[0], tolerance.resistance * values[0]),
-            EffectId::WindingInductance => push(effect, 0, values[0], tolerance.inductance * values[0]),
-            EffectId::ViscousFriction if !present.contains(effect) => {
-                push(effect, 0, values[0], tolerance.viscous * stated.viscous);
-            }
-            _ if present.contains(effect) => {
+        let is_stated = present.contains(effect);
+        // Drag that is stated as an effect has an effect's tolerance.
+        match effect.nominal().filter(|nominal| !(is_stated && *nominal == Nominal::Viscous)) {
+            Some(Nominal::MovingMass) => push(effect, 0, values[0], tolerance.mass * stated.moving_mass),
+            Some(Nominal::Viscous) => push(effect, 0, values[0], tolerance.viscous * stated.viscous),
+            Some(Nominal::ForceConstant) => push(effect, 0, values[0], tolerance.force_constant * values[0]),
+            Some(Nominal::Resistance) => push(effect, 0, values[0], tolerance.resistance * values[0]),
+            Some(Nominal::Inductance) => push(effect, 0, values[0], tolerance.inductance * values[0]),
+            None if is_stated => {
                 for (index, value) in values.iter().enumerate() {
                     if !effect.parameters()[index].held {
                         push(effect, index, *value, tolerance.effect * value.abs());
                     }
                 }
             }
-            _ => {}
+            None => {}
         }
     }
     list

@@ -12,6 +12,7 @@ use crate::twin::Sensing;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
+use vibration::Shaken;
 
 /// Where a noise floor comes from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
@@ -63,8 +64,9 @@ impl Floor {
     /// # Errors
     /// Whatever a replay refuses.
     pub fn estimate(machine: &Machine, experiments: &[&Experiment]) -> Result<Self> {
-        let repeats = repeats(experiments);
-        let dwell = dwell::scatters(experiments);
+        let shaken = vibration::frequencies(machine, experiments)?;
+        let repeats = repeats(experiments, &shaken);
+        let dwell = dwell::scatters(experiments, &shaken);
         let declared = Declared::of(machine, experiments)?;
         let mut levels = BTreeMap::new();
         let mut is_measured = true;
@@ -212,10 +214,11 @@ fn size(experiments: &[&Experiment], signal: Signal) -> f64 {
 
 /// σ from runs with the same command, settings and length: their differences have twice the variance. A signal
 /// whose zero means nothing is compared about its mean.
-fn repeats(experiments: &[&Experiment]) -> BTreeMap<Signal, f64> {
+fn repeats(experiments: &[&Experiment], shaken: &Shaken) -> BTreeMap<Signal, f64> {
     let mut sums: BTreeMap<Signal, (f64, usize)> = BTreeMap::new();
     for (a, b) in repeated(experiments) {
-        let shaken = [vibration::frequencies(a), vibration::frequencies(b)].concat();
+        let of = |e: &Experiment| shaken.get(e.run().name()).cloned().unwrap_or_default();
+        let shaken = [of(a), of(b)].concat();
         for &signal in a.signals() {
             let (Some(x), Some(y)) = (a.run().signal(signal), b.run().signal(signal)) else { continue };
             let differences: Vec<f64> = x.iter().zip(y).map(|(x, y)| x - y).collect();

@@ -2,11 +2,12 @@
 
 use super::experiment::trace;
 use super::hypothesis::path;
-use crate::effect::{Effect, EffectId};
+use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
 use crate::replay::Traces;
+use crate::replay::recorded::shakes;
 use nalgebra::{Matrix2, Vector2};
 use std::f64::consts::TAU;
 
@@ -35,12 +36,14 @@ pub fn suited(
     if open.is_empty() || run.settings.contains_key(&key) {
         return Ok(machines);
     }
-    let at = |machine: &Machine, phase: f64| {
-        machine.with_settings([(key.as_str(), toml::Value::Float(phase))])
-    };
+    let at =
+        |machine: &Machine, phase: f64| machine.with_settings([(key.as_str(), toml::Value::Float(phase))]);
     let probe = |k: usize| TAU * k as f64 / PROBES as f64;
-    let probes: Result<Vec<Machine>> =
-        open.iter().flat_map(|&m| (0..PROBES).map(move |k| (m, k))).map(|(m, k)| at(&machines[m], probe(k))).collect();
+    let probes: Result<Vec<Machine>> = open
+        .iter()
+        .flat_map(|&m| (0..PROBES).map(move |k| (m, k)))
+        .map(|(m, k)| at(&machines[m], probe(k)))
+        .collect();
     let replayed = replay(&probes?);
     for (&m, traces) in open.iter().zip(replayed.chunks_exact(PROBES)) {
         if let Some(phase) = best(run, signals, traces) {
@@ -48,12 +51,6 @@ pub fn suited(
         }
     }
     Ok(machines)
-}
-
-/// Whether the machine has a vibration that exerts anything.
-fn shakes(machine: &Machine) -> bool {
-    let effects = machine.effects();
-    effects.iter().any(|effect| matches!(effect, Effect::ExternalVibration(law) if law.force_n != 0.0))
 }
 
 /// The phase in rad at which the replays come nearest to the run; none where they do not depend on it.

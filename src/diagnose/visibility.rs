@@ -2,7 +2,7 @@
 
 use super::check::{Check, Finding, Severity};
 use super::experiment::Experiment;
-use crate::effect::{CONTROLLER_GAIN, EffectId, Site};
+use crate::effect::{EffectId, Stretch};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::windows::Input;
@@ -45,17 +45,8 @@ impl View {
 
 /// Why an effect leaves no trace in any of these runs; none where it does.
 pub fn unseen(effect: EffectId, machine: &Machine, experiments: &[Experiment]) -> Option<&'static str> {
-    if !effect.applies(&machine.constants()) {
-        return Some(match effect {
-            _ if effect.group() == Some(CONTROLLER_GAIN) && machine.constants().controller.is_none() => {
-                "The machine file states no controller."
-            }
-            _ if effect.group() == Some(CONTROLLER_GAIN) => "The stated control law has no such gain.",
-            EffectId::Backlash | EffectId::ScrewError => {
-                "Nothing sees the load's end of the drive train: log load_position_m or load_position_rad and state [load_sensor]."
-            }
-            _ => "The machine, as its file states it, has nothing that this effect could change.",
-        });
+    if let Some(lacking) = effect.lacks(&machine.constants()) {
+        return Some(lacking);
     }
     let reasons: Option<Vec<&'static str>> =
         experiments.iter().map(|experiment| hidden(effect, experiment)).collect();
@@ -70,38 +61,22 @@ pub fn unseen(effect: EffectId, machine: &Machine, experiments: &[Experiment]) -
 fn hidden(effect: EffectId, experiment: &Experiment) -> Option<&'static str> {
     let input = experiment.input()?;
     let logged = |signal| experiment.run().signal(signal).is_some();
-    match effect {
-        EffectId::VelocityFilter if logged(Signal::Velocity) => return None,
-        EffectId::VelocityFilter | EffectId::EncoderResolution => {
-            return Some(
-                "It acts through the control loop, which cannot be replayed: state [controller] and log the position reference.",
-            );
-        }
-        EffectId::Cogging => return None,
-        _ => {}
-    }
-    match (effect.site(), input) {
-        (Site::Controller, _) => {
+    match (effect.stretch(), input) {
+        (Stretch::Controller, _) => {
             Some("The control loop cannot be replayed: state [controller] and log the position reference.")
         }
-        (Site::Amplifier, Input::Current | Input::Thrust) => {
+        (Stretch::VelocityEstimate, _) if logged(Signal::Velocity) => None,
+        (Stretch::VelocityEstimate | Stretch::Rounding, _) => Some(
+            "It acts through the control loop, which cannot be replayed: state [controller] and log the position reference.",
+        ),
+        (Stretch::Drive, Input::Current | Input::Thrust) => {
             Some("It acts before the first signal that is known: log the control effort.")
         }
-        (Site::Motor, Input::Thrust) if logged(Signal::Current) && acts_behind_current(effect) => None,
-        (Site::Motor, Input::Current) if acts_behind_current(effect) => None,
-        (Site::Motor, Input::Thrust) if acts_behind_current(effect) => Some(
+        (Stretch::MotorForce, Input::Thrust) if !logged(Signal::Current) => Some(
             "It acts before the first signal that is known: log the motor's current or the control effort.",
         ),
-        (Site::Motor, Input::Current | Input::Thrust) => {
-            Some("It acts before the first signal that is known: log the control effort.")
-        }
-        _ => None,
+        (Stretch::Drive | Stretch::MotorForce | Stretch::Mechanics | Stretch::Log, _) => None,
     }
-}
-
-/// Whether an effect of the motor lies between its current and its force.
-fn acts_behind_current(effect: EffectId) -> bool {
-    matches!(effect, EffectId::ForceConstant | EffectId::ForceRipple)
 }
 
 /// How the runs are replayed, in words, where it is not in closed loop.

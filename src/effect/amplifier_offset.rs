@@ -1,7 +1,8 @@
 //! A voltage at zero command.
 
 use super::law::infinite;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Offset of the amplifier: the voltage that it applies at zero command.
@@ -49,4 +50,28 @@ impl Law for AmplifierOffset {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(-screen.largest_voltage(), screen.largest_voltage())]
     }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "u_applied = u + u_0";
+    const SYMBOLS: &'static [&'static str] = &["u_0"];
+    const SOURCE: &'static str = "offset of any analogue amplifier or converter";
+    const SHOWN_BY: &'static str = "Control effort that differs by a constant from what current or motor force take, in any motion and at standstill.";
+    const EXAMPLE: &'static [f64] = &[0.1];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let volt = scale.voltage_v;
+        Sizes::one((1e-6, 0.3), move |s| drawn.sign * s * volt)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

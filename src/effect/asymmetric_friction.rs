@@ -1,6 +1,7 @@
 //! Friction that differs between the two directions.
 
-use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// The guide's Coulomb and viscous friction differ between the two directions.
@@ -94,6 +95,36 @@ impl Law for AsymmetricFriction {
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(-1.0, 1.0), (-1.0, 1.0)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str =
+        "v > 0:  F = −(F_c·(1 + a) + c·(1 + b)·v)\nv < 0:  F = +(F_c·(1 − a) + c·(1 − b)·|v|)";
+    const SYMBOLS: &'static [&'static str] = &["a", "b"];
+    const SOURCE: &'static str = "Janot, Gautier, Brunot (2019), section 4";
+    const SHOWN_BY: &'static str =
+        "Drag that differs between the directions: the same strokes both ways, at several feeds.";
+    const EXAMPLE: &'static [f64] = &[-0.33, -0.17];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::similar(
+        EffectId::ConstantForce,
+        "where only the Coulomb part differs between the directions",
+    )];
+
+    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (lean, sign) = (drawn.lean, drawn.sign);
+        // In proportion to Coulomb friction it is a constant force.
+        Sizes::new((1e-4, 0.8), move |s| vec![lean, sign * s]).from_reduced(vec![lean, 0.0])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }
 
 /// A fit starts inside of where one direction would be free of friction.

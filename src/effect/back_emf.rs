@@ -1,7 +1,8 @@
 //! Back-EMF off its stated value.
 
-use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::law::{NOTHING_TO_CHANGE, negative};
+use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -27,11 +28,8 @@ impl Law for BackEmf {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "back-EMF off its stated value";
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter::differing("back_emf_v_s_per_m", "back_emf_v_s_per_rad", "V·s/m", "V·s/rad")];
-
-    fn applies(constants: &Constants) -> bool {
-        constants.has_voltage_fed_winding
-    }
+        &[Parameter::differing("back_emf_v_s_per_m", "back_emf_v_s_per_rad", "V·s/m", "V·s/rad")
+            .not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("back_emf_v_s_per_m", self.back_emf_v_s_per_m)
@@ -67,4 +65,39 @@ impl Law for BackEmf {
         };
         vec![(0.0, most)]
     }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
+    }
+
+    const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SYMBOLS: &'static [&'static str] = &["Ke"];
+    const SOURCE: &'static str = "any text on electrical drives";
+    const SHOWN_BY: &'static str =
+        "Control effort beside current, in proportion to speed: constant speed at several feeds.";
+    const EXAMPLE: &'static [f64] = &[20.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::ViscousFriction, "where neither current nor force is logged")];
+
+    fn sizes(scale: &Scale, absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
+        let whole = scale.voltage_v / scale.speed;
+        // Against drag, a winding's resistance takes a voltage in proportion to speed as well.
+        let like_it = match scale.constants.circuit {
+            Circuit::Winding { resistance_ohm, force_constant, .. } => {
+                resistance_ohm * scale.constants.viscous / force_constant
+            }
+            Circuit::Direct { .. } => 0.0,
+        };
+        let least = BEYOND * absorbed.resistance * like_it / whole;
+        Sizes::one((least.max(1e-5), 1.5), move |s| stated + s * whole)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,8 @@
 //! Lost motion between motor and load.
 
-use super::law::negative;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::law::{LOAD_UNSEEN, negative};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Backlash (lost motion): after a reversal the motor travels the gap before the load follows.
@@ -10,9 +11,10 @@ use serde::{Deserialize, Serialize};
 /// Kinematic play of width b between the motor's end of the drive train q and the load x:
 /// ```text
 ///   x stays while |q − x| < b/2, else x = q ∓ b/2
+///   dx = κ·dq inside the gap, where the play drags
 /// ```
-/// It begins in the middle of the gap. Where the play drags (grease, a seal, a preloaded ball), the load is carried along by a
-/// share κ of the motor's travel while the gap is crossed: `dx = κ·dq` inside it.
+/// It begins in the middle of the gap. A play drags with grease, a seal or a preloaded ball: the load is then carried along by a
+/// share κ of the motor's travel while the gap is crossed.
 ///
 /// # Validity
 /// The load is held by its own friction while the gap is crossed, and its inertia is small against the motor's: reversal
@@ -34,13 +36,11 @@ pub struct Backlash {
 impl Law for Backlash {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "lost motion between motor and load";
-    const PARAMETERS: &'static [Parameter] =
-        &[Parameter::length("width_m", "width_rad"), Parameter::same("carried_share", "1").within(0.0, 1.0)];
+    const PARAMETERS: &'static [Parameter] = &[
+        Parameter::length("width_m", "width_rad").not_negative(),
+        Parameter::same("carried_share", "1").within(0.0, 1.0),
+    ];
     const DOORS: &'static [Door] = &[Door::Transmission];
-
-    fn applies(constants: &Constants) -> bool {
-        constants.sees_load
-    }
 
     fn fault(&self) -> Option<String> {
         let share = self.carried_share;
@@ -76,4 +76,29 @@ impl Law for Backlash {
         let sees_both_ends = screen.constants.as_ref().is_some_and(|c| c.sees_both_ends);
         vec![(0.0, 0.3 * screen.travel()), (0.0, if sees_both_ends { 1.0 } else { 0.0 })]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.sees_load).then_some(LOAD_UNSEEN)
+    }
+
+    const EQUATION: &'static str =
+        "x stays while |q − x| < b/2, else x = q ∓ b/2\ndx = κ·dq inside the gap, where the play drags";
+    const SYMBOLS: &'static [&'static str] = &["b", "κ"];
+    const SOURCE: &'static str = "ISO 230-2; play operator, Krasnosel'skii, Pokrovskii (1989)";
+    const SHOWN_BY: &'static str = "Load position that stands still after a reversal while the motor moves on: reversals at several places.";
+    const EXAMPLE: &'static [f64] = &[2e-5, 0.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let travel = scale.stroke.abs();
+        Sizes::new((1e-7, 5e-3), move |s| vec![s * travel, 0.0])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,15 +1,16 @@
 //! A base mode off its stated value.
 
-use super::law::not_positive;
+use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::resonance::resonances;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
 /// A mode of the base whose frequency or modal mass is not the stated one: other feet, a loose bolt, another floor.
 ///
 /// # Model
-/// Mode j of the stated ones has f_j times a factor and M_j times a factor; its damping ratio stays.
+/// Mode j of the stated ones has `f_j = a·f_j,stated` and `M_j = b·M_j,stated`; its damping ratio stays.
 ///
 /// # Validity
 /// One mode is off; which one is tried in turn. A mode that is not listed at all is another effect.
@@ -21,9 +22,9 @@ use serde::{Deserialize, Serialize};
 pub struct BaseModeShift {
     /// j, counted from 1 in the order of the machine file.
     pub mode: f64,
-    /// Factor of the frequency; more than zero.
+    /// a, factor of the frequency; more than zero.
     pub frequency_factor: f64,
-    /// Factor of the modal mass; more than zero.
+    /// b, factor of the modal mass; more than zero.
     pub mass_factor: f64,
 }
 
@@ -31,14 +32,10 @@ impl Law for BaseModeShift {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a base mode off its stated value";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::same("mode", "1").held(),
-        Parameter::same("frequency_factor", "1"),
-        Parameter::same("mass_factor", "1"),
+        Parameter::same("mode", "1").held().within(1.0, f64::INFINITY),
+        Parameter::same("frequency_factor", "1").positive(),
+        Parameter::same("mass_factor", "1").positive(),
     ];
-
-    fn applies(constants: &Constants) -> bool {
-        !constants.modes.is_empty()
-    }
 
     fn fault(&self) -> Option<String> {
         let counts = self.mode >= 1.0 && self.mode.fract() == 0.0;
@@ -84,4 +81,32 @@ impl Law for BaseModeShift {
         let count = screen.constants.as_ref().map_or(1, |c| c.modes.len().max(1));
         vec![(1.0, count as f64), (0.2, 5.0), (0.1, 10.0)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        constants.modes.is_empty().then_some(NOTHING_TO_CHANGE)
+    }
+
+    const EQUATION: &'static str = "f_j = a·f_j,stated\nM_j = b·M_j,stated";
+    const SYMBOLS: &'static [&'static str] = &["j", "a", "b"];
+    const SOURCE: &'static str = "the modes that the machine file states";
+    const SHOWN_BY: &'static str = "Ringing after changes of the acceleration, at another frequency or size than stated: quick strokes with dwells.";
+    const EXAMPLE: &'static [f64] = &[1.0, 0.6, 1.0];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::similar(
+        EffectId::FlexibleMode,
+        "in most recordings: a shifted mode and one mode more ring at the same frequency",
+    )];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let modes = scale.constants.modes.len() as f64;
+        let mode = 1.0 + (drawn.share[0] * modes).floor();
+        Sizes::new((0.005, 0.75), move |s| vec![mode, 1.0 + drawn.sign * s, 1.0])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

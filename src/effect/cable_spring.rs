@@ -1,7 +1,8 @@
 //! A spring between moving part and base.
 
 use super::law::{infinite, negative};
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A spring to a point: a cable chain, bellows, a counterbalance.
@@ -29,7 +30,7 @@ impl Law for CableSpring {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "a spring to a point";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad"),
+        Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad").not_negative(),
         Parameter::length("centre_m", "centre_rad"),
     ];
     const DOORS: &'static [Door] = &[Door::Push];
@@ -71,4 +72,30 @@ impl Law for CableSpring {
         let (middle, travel) = (screen.middle(), screen.travel());
         vec![(0.0, 10.0 * screen.largest_force / travel), (middle - 30.0 * travel, middle + 30.0 * travel)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "F = −k·(x − x_0)";
+    const SYMBOLS: &'static [&'static str] = &["k", "x_0"];
+    const SOURCE: &'static str = "Hooke's law";
+    const SHOWN_BY: &'static str =
+        "Motor force that changes in proportion to position: slow strokes over the whole travel, both ways.";
+    const EXAMPLE: &'static [f64] = &[400.0, 0.02];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (force, stroke) = (scale.force, scale.stroke);
+        let centre = stroke * drawn.share[0];
+        Sizes::new((1e-6, 0.5), move |s| vec![s * force / stroke.abs(), centre])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -72,7 +72,57 @@ macro_rules! catalogue {
 
             /// Whether a machine with these constants can have the effect at all.
             pub fn applies(self, constants: &Constants) -> bool {
-                match self { $(Self::$law => <$law as Law>::applies(constants),)+ }
+                self.lacks(constants).is_none()
+            }
+
+            /// See [`Law::lacks`].
+            pub fn lacks(self, constants: &Constants) -> Option<&'static str> {
+                match self { $(Self::$law => <$law as Law>::lacks(constants),)+ }
+            }
+
+            /// See [`Law::sizes`].
+            pub fn sizes(self, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+                match self { $(Self::$law => <$law as Law>::sizes(scale, absorbed, drawn),)+ }
+            }
+
+            /// See [`Law::NOMINAL`].
+            pub fn nominal(self) -> Option<Nominal> {
+                match self { $(Self::$law => <$law as Law>::NOMINAL,)+ }
+            }
+
+            /// See [`Law::EQUATION`].
+            pub fn equation(self) -> &'static str {
+                match self { $(Self::$law => <$law as Law>::EQUATION,)+ }
+            }
+
+            /// See [`Law::SYMBOLS`].
+            pub fn symbols(self) -> &'static [&'static str] {
+                match self { $(Self::$law => <$law as Law>::SYMBOLS,)+ }
+            }
+
+            /// See [`Law::SOURCE`].
+            pub fn source(self) -> &'static str {
+                match self { $(Self::$law => <$law as Law>::SOURCE,)+ }
+            }
+
+            /// See [`Law::SHOWN_BY`].
+            pub fn shown_by(self) -> &'static str {
+                match self { $(Self::$law => <$law as Law>::SHOWN_BY,)+ }
+            }
+
+            /// See [`Law::EXAMPLE`].
+            pub fn example(self) -> &'static [f64] {
+                match self { $(Self::$law => <$law as Law>::EXAMPLE,)+ }
+            }
+
+            /// See [`Law::CONFUSABLE`].
+            pub(super) fn confusable(self) -> &'static [Likeness] {
+                match self { $(Self::$law => <$law as Law>::CONFUSABLE,)+ }
+            }
+
+            /// See [`Law::STRETCH`].
+            pub fn stretch(self) -> Stretch {
+                match self { $(Self::$law => <$law as Law>::STRETCH,)+ }
             }
 
             /// Values of the parameters that leave the twin as its constants state it.
@@ -90,6 +140,12 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::range(screen),)+ }
             }
         }
+
+        $(const _: () = assert!(
+            <$law as Law>::EXAMPLE.len() == <$law as Law>::PARAMETERS.len()
+                && <$law as Law>::SYMBOLS.len() == <$law as Law>::PARAMETERS.len(),
+            "an example has a value for each parameter, and an equation a symbol"
+        );)+
 
         /// One effect with its parameters.
         #[derive(Debug, Clone, PartialEq)]
@@ -141,6 +197,11 @@ macro_rules! catalogue {
             #[inline]
             pub fn read(&self, position: f64) -> f64 {
                 match self { $(Self::$law(law) => law.read(position),)+ }
+            }
+
+            /// See [`Law::unlike`].
+            pub fn unlike(&self) -> Unlike {
+                match self { $(Self::$law(law) => law.unlike(),)+ }
             }
 
             /// Whether the law acts through a door.

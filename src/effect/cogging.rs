@@ -3,7 +3,8 @@
 use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Cogging (detent force): magnets and teeth attract each other, current or not.
@@ -42,7 +43,7 @@ impl Law for Cogging {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "cogging of the motor";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::length("period_m", "period_rad"),
+        Parameter::length("period_m", "period_rad").positive(),
         Parameter::effort("sine_n", "sine_nm"),
         Parameter::effort("cosine_n", "cosine_nm"),
         Parameter::effort("sine_2_n", "sine_2_nm"),
@@ -76,4 +77,29 @@ impl Law for Cogging {
         let force = screen.largest_force;
         [vec![screen.period_range()], vec![(-force, force); 4]].concat()
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ with φ = 2π·x/p";
+    const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂"];
+    const SOURCE: &'static str = "Gieras, Piech, Tomczuk (2011), Linear Synchronous Motors, section 3.8";
+    const SHOWN_BY: &'static str = "Force that repeats along the axis whatever the motor does: slow constant speed over several pitches.";
+    const EXAMPLE: &'static [f64] = &[0.012, 8.0, 3.0, 2.0, 0.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::CableSpring, "where less than a pitch is travelled")];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let force = scale.force;
+        Sizes::new((1e-7, 0.2), move |s| drawn.wave(s * force))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::ForceHarmonics { period: self.period_m, first: self.sine_n.hypot(self.cosine_n) }
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,9 @@
 //! A constant force along the axis.
 
 use super::law::infinite;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
 /// A constant force on the moving part: weight on a tilted guide, a hanging cable, a drive offset.
@@ -55,4 +57,39 @@ impl Law for ConstantForce {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(-screen.largest_force, screen.largest_force)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "F = −F_0";
+    const SYMBOLS: &'static [&'static str] = &["F_0"];
+    const SOURCE: &'static str = "Janot, Gautier, Brunot (2019), eq. 2, term offset";
+    const SHOWN_BY: &'static str =
+        "Motor force that stays the same in both directions: strokes both ways, slow motion.";
+    const EXAMPLE: &'static [f64] = &[-12.0];
+    const CONFUSABLE: &'static [Likeness] = &[
+        Likeness::equal(
+            EffectId::AmplifierOffset,
+            "where neither current nor force is logged",
+            |_, logged| !logged.contains(&Signal::Thrust) && !logged.contains(&Signal::Current),
+        ),
+        Likeness::similar(
+            EffectId::CableSpring,
+            "where the travel is short against the distance from the spring's point",
+        ),
+    ];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let force = scale.force;
+        Sizes::one((1e-6, 0.3), move |s| drawn.sign * s * force)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

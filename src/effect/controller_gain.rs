@@ -1,21 +1,33 @@
 //! Gains of the controller that are not those stated, each an effect of its own.
 
 use super::law::{negative, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
 /// The group of effects that are gains of the controller.
 pub const CONTROLLER_GAIN: &str = "controller_gain";
 
+/// What is missing where no stated control law is another one once it is retuned.
+pub(super) fn gain_is_absent(
+    constants: &Constants,
+    retuned: impl Fn(&Controller) -> Controller,
+) -> Option<&'static str> {
+    match &constants.controller {
+        None => Some("The machine file states no controller."),
+        Some(law) => (retuned(law) == *law).then_some("The stated control law has no such gain."),
+    }
+}
+
 /// One gain of the controller: its name and what it is, phrase, factors of position, velocity and integral gain with f in the
-/// place of its own, the fault of f, its range.
+/// place of its own, the fault of f, its parameter, its range, what shows it.
 macro_rules! gain {
-    ($name:ident, $what:literal, $phrase:literal, |$f:ident| $factors:expr, $fault:ident, $range:expr) => {
+    ($name:ident, $what:literal, $phrase:literal, |$f:ident| $factors:expr, $fault:ident, $parameter:expr, $range:expr, $shown_by:literal) => {
         #[doc = $what]
         ///
         /// # Model
-        /// The gain is its stated value times a factor. Where it is an integer register n, the register in force is the
-        /// integer nearest to n times the factor.
+        /// `K = f·K_stated`. Where the gain is an integer register n, the register in force is the integer nearest to f·n.
         ///
         /// # Validity
         /// The law itself is the one stated, and states this gain other than zero.
@@ -25,20 +37,15 @@ macro_rules! gain {
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
-            /// Factor of the stated gain.
+            /// f, factor of the stated gain.
             pub factor: f64,
         }
 
         impl Law for $name {
             const SITE: Site = Site::Controller;
             const PHRASE: &'static str = $phrase;
-            const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
+            const PARAMETERS: &'static [Parameter] = &[$parameter];
             const GROUP: Option<&'static str> = Some(CONTROLLER_GAIN);
-
-            fn applies(constants: &Constants) -> bool {
-                let $f = 2.0;
-                constants.controller.as_ref().is_some_and(|law| law.with_gains($factors) != *law)
-            }
 
             fn fault(&self) -> Option<String> {
                 $fault("factor", self.factor)
@@ -62,6 +69,30 @@ macro_rules! gain {
             fn range(_screen: &Screen) -> Vec<(f64, f64)> {
                 vec![$range]
             }
+
+            const STRETCH: Stretch = Stretch::Controller;
+
+            fn lacks(constants: &Constants) -> Option<&'static str> {
+                let $f = 2.0;
+                gain_is_absent(constants, |law| law.with_gains($factors))
+            }
+
+            const EQUATION: &'static str = "K = f·K_stated";
+            const SYMBOLS: &'static [&'static str] = &["f"];
+            const SOURCE: &'static str = "the control law that the machine file states";
+            const SHOWN_BY: &'static str = $shown_by;
+            const EXAMPLE: &'static [f64] = &[1.1];
+            const CONFUSABLE: &'static [Likeness] = &[];
+
+            fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+                Sizes::one((1e-4, 0.5), move |s| 1.0 + drawn.sign * s)
+            }
+
+            fn unlike(&self) -> Unlike {
+                Unlike::Nothing
+            }
+
+            const NOMINAL: Option<Nominal> = None;
         }
     };
 }
@@ -72,7 +103,9 @@ gain!(
     "a position gain other than stated",
     |f| [f, 1.0, 1.0],
     not_positive,
-    (0.05, 20.0)
+    Parameter::same("factor", "1").positive(),
+    (0.05, 20.0),
+    "Control effort beside the position error, in closed loop. Without a logged effort: following error at constant speed, and settling."
 );
 gain!(
     VelocityGain,
@@ -81,7 +114,9 @@ gain!(
     "a velocity gain other than stated",
     |f| [1.0, f, 1.0],
     not_positive,
-    (0.05, 20.0)
+    Parameter::same("factor", "1").positive(),
+    (0.05, 20.0),
+    "Control effort beside the velocity, in closed loop. Without a logged effort: overshoot, and damping of the settling."
 );
 gain!(
     IntegralGain,
@@ -89,5 +124,7 @@ gain!(
     "an integral gain other than stated",
     |f| [1.0, 1.0, f],
     negative,
-    (0.0, 20.0)
+    Parameter::same("factor", "1").not_negative(),
+    (0.0, 20.0),
+    "Control effort that grows while an error lasts, in closed loop. Without a logged effort: settling after a stop."
 );

@@ -1,7 +1,8 @@
 //! Coulomb friction of the guide.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Coulomb (dry) friction of the guide.
@@ -36,7 +37,7 @@ pub struct CoulombFriction {
 impl Law for CoulombFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "Coulomb friction";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm").not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("force_n", self.force_n)
@@ -57,4 +58,30 @@ impl Law for CoulombFriction {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, screen.largest_force)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str =
+        "v ≠ 0:  F = −F_c·sgn(v)\nv = 0:  F = whatever holds the axis, up to |F| ≤ F_c";
+    const SYMBOLS: &'static [&'static str] = &["F_c"];
+    const SOURCE: &'static str = "Coulomb (1785); Janot, Gautier, Brunot (2019), eq. 2, term Fc·sign(q̇)";
+    const SHOWN_BY: &'static str =
+        "Force that changes sign with the direction of motion: reversals, strokes both ways.";
+    const EXAMPLE: &'static [f64] = &[15.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let force = scale.force;
+        Sizes::one((1e-6, 0.2), move |s| s * force)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,10 @@
 //! Bandwidth of the current loop off its stated value.
 
-use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::{
+    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes,
+    Stretch, Unlike,
+};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -9,7 +12,10 @@ use std::f64::consts::TAU;
 /// A current loop slower or faster than stated, or one where the twin has none.
 ///
 /// # Model
-/// The current follows its command with a first-order lag of `τ = 1/(2π·f_c)`. Of a stated
+/// ```text
+///   τ·di/dt = k·u − i, τ = 1/(2π·f_c)
+/// ```
+/// Of a stated
 /// [`CurrentLoop`](crate::drive::current_loop::CurrentLoop) the time constant changes; of a stated
 /// [`Direct`](crate::drive::motor::Direct) effort, which follows at once, τ is new.
 ///
@@ -68,11 +74,7 @@ const RANGE: (f64, f64) = (1e-4, 10.0);
 impl Law for CurrentLoop {
     const SITE: Site = Site::Amplifier;
     const PHRASE: &'static str = "a current loop slower or faster than stated";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("bandwidth_hz", "Hz")];
-
-    fn applies(constants: &Constants) -> bool {
-        !constants.has_voltage_fed_winding
-    }
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("bandwidth_hz", "Hz").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("bandwidth_hz", self.bandwidth_hz)
@@ -99,4 +101,30 @@ impl Law for CurrentLoop {
         let rate = 1.0 / screen.sample_period_s();
         vec![(RANGE.0 * rate, RANGE.1 * rate)]
     }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        constants.has_voltage_fed_winding.then_some(NOTHING_TO_CHANGE)
+    }
+
+    const EQUATION: &'static str = "τ·di/dt = k·u − i, τ = 1/(2π·f_c)";
+    const SYMBOLS: &'static [&'static str] = &["f_c"];
+    const SOURCE: &'static str = "Leonhard, Control of Electrical Drives, 3rd ed. (2001): the closed current loop as a first-order lag";
+    const SHOWN_BY: &'static str =
+        "Current or force that lags its command: fast changes of the effort, current logged.";
+    const EXAMPLE: &'static [f64] = &[200.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::LoopDelay, "where nothing moves as fast as the loop")];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let rate = 1.0 / scale.constants.sample_period_s;
+        Sizes::one((0.3, 1e3), move |s| rate / (std::f64::consts::TAU * s))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,8 @@
 //! Small voltages that do not reach the motor.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead zone of the amplifier: commands below a threshold have no effect, larger ones lack it.
@@ -28,7 +29,7 @@ pub struct DeadZone {
 impl Law for DeadZone {
     const SITE: Site = Site::Amplifier;
     const PHRASE: &'static str = "a dead zone of the amplifier";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("half_width_v", "V")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("half_width_v", "V").not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("half_width_v", self.half_width_v)
@@ -53,4 +54,30 @@ impl Law for DeadZone {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, screen.largest_voltage())]
     }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "|u| ≤ w:  u_applied = 0\n|u| > w:  u_applied = u − w·sgn(u)";
+    const SYMBOLS: &'static [&'static str] = &["w"];
+    const SOURCE: &'static str = "Slotine, Li (1991), Applied Nonlinear Control, section 5.2";
+    const SHOWN_BY: &'static str =
+        "Control effort that passes zero without current or motor force: dwells, reversals, slow motion.";
+    const EXAMPLE: &'static [f64] = &[0.05];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::CoulombFriction, "where neither current nor force is logged")];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let volt = scale.voltage_v;
+        Sizes::one((1e-6, 0.1), move |s| s * volt)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -2,7 +2,8 @@
 
 use super::law::{infinite, not_positive};
 use super::reading_error::{error, inverse};
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Error of the encoder that repeats along the axis: an eccentric disc, interpolation within a grating period.
@@ -33,7 +34,7 @@ impl Law for EncoderPeriodicError {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "a periodic error of the encoder";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::length("period_m", "period_rad"),
+        Parameter::length("period_m", "period_rad").positive(),
         Parameter::length("sine_m", "sine_rad"),
         Parameter::length("cosine_m", "cosine_rad"),
     ];
@@ -62,4 +63,28 @@ impl Law for EncoderPeriodicError {
         let most = 0.05 * screen.travel();
         [vec![screen.period_range()], vec![(-most, most); 2]].concat()
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "reading = x + s·sin(2πx/p) + c·cos(2πx/p)";
+    const SYMBOLS: &'static [&'static str] = &["p", "s", "c"];
+    const SOURCE: &'static str = "encoder data sheets: position error over one signal period or one turn";
+    const SHOWN_BY: &'static str = "Ripple of velocity and force that repeats along the axis and grows with speed: constant speed at several feeds.";
+    const EXAMPLE: &'static [f64] = &[0.004, 2e-6, 1e-6];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let travel = scale.stroke.abs();
+        Sizes::new((1e-8, 1e-3), move |s| drawn.wave(s * travel)[..3].to_vec())
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,8 @@
 //! Steps of the encoder coarser than stated.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Readings in coarser steps than stated: lost interpolation, a wrong divider, a log with few digits.
@@ -27,7 +28,8 @@ pub struct EncoderResolution {
 impl Law for EncoderResolution {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "an encoder coarser than stated";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::length("resolution_m", "resolution_rad").held()];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::length("resolution_m", "resolution_rad").held().positive()];
     const MAKES_NOISE: bool = true;
 
     fn fault(&self) -> Option<String> {
@@ -51,4 +53,30 @@ impl Law for EncoderResolution {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, screen.travel())]
     }
+
+    const STRETCH: Stretch = Stretch::Rounding;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "reading = r·round(x/r)";
+    const SYMBOLS: &'static [&'static str] = &["r"];
+    const SOURCE: &'static str = "quantisation";
+    const SHOWN_BY: &'static str =
+        "Recorded positions on a coarser grid than stated, and a control effort that jumps with each step.";
+    const EXAMPLE: &'static [f64] = &[5e-6];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let (step, travel) = (scale.constants.encoder_step, scale.stroke.abs());
+        let step = if step > 0.0 { step } else { 1e-6 * travel };
+        Sizes::one((3.0, 1e3), move |s| s * step)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

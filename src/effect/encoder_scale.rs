@@ -1,7 +1,9 @@
 //! Scale of the encoder off its stated value.
 
 use super::law::not_positive;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
 /// An encoder whose unit is not the stated one: a wrong count per turn, lead or ratio, a warm scale.
@@ -25,7 +27,7 @@ pub struct EncoderScale {
 impl Law for EncoderScale {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "an encoder scale off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1").positive()];
     const DOORS: &'static [Door] = &[Door::Reading];
 
     fn fault(&self) -> Option<String> {
@@ -48,4 +50,31 @@ impl Law for EncoderScale {
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.2, 5.0)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "reading = f·x";
+    const SYMBOLS: &'static [&'static str] = &["f"];
+    const SOURCE: &'static str = "unit conversion; thermal expansion of steel scales, 10.5 µm/(m·K)";
+    const SHOWN_BY: &'static str = "A second position beside the encoder's. Without one: motor force beside acceleration, where a force is logged.";
+    const EXAMPLE: &'static [f64] = &[1.08];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::stand_in(
+        EffectId::Payload,
+        "where neither a force nor a second position is logged, with drag calibrated by the same factor",
+        |_, logged| !logged.contains(&Signal::Thrust) && !logged.contains(&Signal::LoadPosition),
+    )];
+
+    fn sizes(_scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        Sizes::one((least_beyond(absorbed.force_constant), 0.2), move |s| 1.0 + drawn.sign * s)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

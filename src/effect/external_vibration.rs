@@ -1,8 +1,12 @@
 //! Vibration from outside: a force in time.
 
 use super::law::{infinite, not_positive};
+use super::sizing::between;
 use super::spectrum::lines;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::{
+    Absorbed, Constants, Door, Drawn, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes, Stretch,
+    Unlike,
+};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -51,7 +55,7 @@ impl Law for ExternalVibration {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "vibration from outside";
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter::same("frequency_hz", "Hz"), Parameter::effort("force_n", "torque_nm")];
+        &[Parameter::same("frequency_hz", "Hz").positive(), Parameter::effort("force_n", "torque_nm")];
     const DOORS: &'static [Door] = &[Door::Shake];
 
     fn fault(&self) -> Option<String> {
@@ -83,4 +87,29 @@ impl Law for ExternalVibration {
         let frequency = (LEAST_PERIODS / longest_s, HIGHEST / screen.sample_period_s());
         vec![frequency, (0.0, screen.largest_force)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "F = A·sin(2π·f·t + φ)";
+    const SYMBOLS: &'static [&'static str] = &["f", "A"];
+    const SOURCE: &'static str = "Rivin (2003), Passive Vibration Isolation, section 1";
+    const SHOWN_BY: &'static str = "A line in the spectrum, at standstill as well as in motion, whatever the axis does: record a second of standstill.";
+    const EXAMPLE: &'static [f64] = &[25.0, 3.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (force, nyquist) = (scale.force, 0.5 / scale.constants.sample_period_s);
+        let frequency = between(8.0, (0.1 * nyquist).clamp(10.0, 60.0), drawn.share[0]);
+        Sizes::new((1e-7, 0.2), move |s| vec![frequency, s * force])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,8 +1,9 @@
 //! A mode that the twin does not list.
 
-use super::law::not_positive;
+use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::resonance::resonances;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -34,15 +35,10 @@ impl Law for FlexibleMode {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a flexible mode that is not listed";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::same("frequency_hz", "Hz"),
-        Parameter::differing("mass_kg", "inertia_kg_m2", "kg", "kg·m²"),
-        Parameter::same("damping_ratio", "1"),
+        Parameter::same("frequency_hz", "Hz").positive(),
+        Parameter::differing("mass_kg", "inertia_kg_m2", "kg", "kg·m²").positive(),
+        Parameter::same("damping_ratio", "1").between(0.0, 1.0),
     ];
-
-    fn applies(constants: &Constants) -> bool {
-        // No plant has a rotor that turns while its base moves.
-        constants.rotor_inertia == 0.0
-    }
 
     fn fault(&self) -> Option<String> {
         not_positive("frequency_hz", self.frequency_hz)
@@ -79,4 +75,34 @@ impl Law for FlexibleMode {
         let (mass, nyquist) = (screen.moving_mass(), 0.5 / screen.sample_period_s());
         vec![(1.0, 0.8 * nyquist), (0.05 * mass, 1e4 * mass), (1e-3, 0.7)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        // No plant has a rotor that turns while its base moves.
+        (constants.rotor_inertia != 0.0).then_some(NOTHING_TO_CHANGE)
+    }
+
+    const EQUATION: &'static str = "M·(η̈ + 2ζω·η̇ + ω²·η) = −F";
+    const SYMBOLS: &'static [&'static str] = &["ω/2π", "M", "ζ"];
+    const SOURCE: &'static str = "Ewins (2000), Modal Testing, section 2.4";
+    const SHOWN_BY: &'static str = "Ringing after changes of the acceleration, at a frequency that no stated mode has: quick strokes with dwells.";
+    const EXAMPLE: &'static [f64] = &[45.0, 600.0, 0.03];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (mass, modes) = (scale.constants.moving_mass, scale.constants.modes.as_slice());
+        let lowest = modes.iter().map(|m| m.frequency_hz()).fold(f64::INFINITY, f64::min);
+        let nyquist = 0.5 / scale.constants.sample_period_s;
+        let most = (0.85 * lowest).min(0.15 * nyquist);
+        let frequency = between(0.25 * most, most, drawn.share[0]);
+        let damping = between(0.015, 0.06, drawn.share[1]);
+        Sizes::new((1e-4, 0.5), move |s| vec![frequency, mass / s, damping])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

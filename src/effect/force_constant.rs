@@ -1,8 +1,10 @@
 //! The motor's force constant off its stated value.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
+use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
 /// Force or torque constant of the motor off its stated value: warm magnets, saturation, a wrong data sheet.
@@ -27,7 +29,7 @@ pub struct ForceConstant {
 impl Law for ForceConstant {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a force constant off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("factor", self.factor)
@@ -51,4 +53,38 @@ impl Law for ForceConstant {
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.2, 5.0)]
     }
+
+    const STRETCH: Stretch = Stretch::MotorForce;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "Kt = f·Kt_stated";
+    const SYMBOLS: &'static [&'static str] = &["f"];
+    const SOURCE: &'static str = "any motor data sheet; magnets lose 0.1 to 0.2 % of their flux per kelvin";
+    const SHOWN_BY: &'static str = "Motor force beside current. Without a force signal: accelerations, as far as mass and drag are known.";
+    const EXAMPLE: &'static [f64] = &[0.9];
+    const CONFUSABLE: &'static [Likeness] = &[
+        Likeness::equal(
+            EffectId::EncoderScale,
+            "where neither a force nor a second position is logged",
+            |_, logged| !logged.contains(&Signal::Thrust) && !logged.contains(&Signal::LoadPosition),
+        ),
+        Likeness::stand_in(
+            EffectId::Payload,
+            "where no force is logged, with drag calibrated by the same factor",
+            |_, logged| !logged.contains(&Signal::Thrust),
+        ),
+    ];
+
+    fn sizes(_scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        Sizes::one((least_beyond(absorbed.force_constant), 0.25), move |s| 1.0 + drawn.sign * s)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = Some(Nominal::ForceConstant);
 }

@@ -3,7 +3,8 @@
 use super::harmonics::{columns, wave};
 use super::law::{infinite, not_positive};
 use super::periodogram::pitches;
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Force ripple: the motor's force constant varies along its magnets.
@@ -39,7 +40,7 @@ impl Law for ForceRipple {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "force ripple of the motor";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::length("period_m", "period_rad"),
+        Parameter::length("period_m", "period_rad").positive(),
         Parameter::same("sine", "1"),
         Parameter::same("cosine", "1"),
         Parameter::same("sine_2", "1"),
@@ -82,4 +83,30 @@ impl Law for ForceRipple {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         [vec![screen.period_range()], vec![(-0.9, 0.9); 4]].concat()
     }
+
+    const STRETCH: Stretch = Stretch::MotorForce;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str =
+        "F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ) with φ = 2π·x/p";
+    const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂"];
+    const SOURCE: &'static str = "Gieras, Piech, Tomczuk (2011), Linear Synchronous Motors, section 3.8";
+    const SHOWN_BY: &'static str =
+        "Force in proportion to the motor's that repeats along the axis: accelerations over several pitches.";
+    const EXAMPLE: &'static [f64] = &[0.012, 0.03, 0.01, 0.0, 0.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::Cogging, "where the motor's force hardly changes")];
+
+    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        Sizes::new((1e-6, 0.2), move |s| drawn.wave(s))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::RippleHarmonics { period: self.period_m, first: self.sine.hypot(self.cosine) }
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,14 +1,20 @@
 //! Friction that fades or grows over the session.
 
 use super::law::infinite;
-use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use super::{
+    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes,
+    Stretch, Unlike,
+};
 use serde::{Deserialize, Serialize};
 
 /// Friction drift: dry friction fades while lubricant warms and spreads, or grows while a guide runs dry.
 ///
 /// # Model
-/// The level of dry friction, that in proportion to load included, is `(1 + r·t)` times its value at the beginning of the
-/// session, t the time since then; never below zero. Friction of one place does not drift.
+/// ```text
+///   g(t) = g·(1 + r·t)
+/// ```
+/// g is the level of dry friction at the beginning of the session, that in proportion to load included, t the time since then;
+/// g(t) never falls below zero. Friction of one place does not drift.
 ///
 /// # Validity
 /// Sessions short against the time in which friction settles: the first-order part of `1 + d·(1 − e^(−t/τ))` with r = d/τ.
@@ -69,4 +75,28 @@ impl Law for FrictionDrift {
         let length_s = length_s(screen);
         vec![(-1.0 / length_s, MOST_GROWTH / length_s)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "g(t) = g·(1 + r·t)";
+    const SYMBOLS: &'static [&'static str] = &["r"];
+    const SOURCE: &'static str = "Bittencourt, Gunnarsson (2012), Static friction in a robot joint: modeling and identification of load and temperature effects";
+    const SHOWN_BY: &'static str = "Friction that differs between the first and the last runs of a session: the same strokes at its beginning and end.";
+    const EXAMPLE: &'static [f64] = &[0.002];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        // Half more or less over a session of a minute, at most.
+        Sizes::one((1e-6, 1e-2), move |s| drawn.sign * s)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

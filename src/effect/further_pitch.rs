@@ -1,6 +1,9 @@
 //! Cogging and force ripple of further pitches.
 
-use super::{Cogging, Constants, Door, EffectId, ForceRipple, Law, Parameter, Screen, Site};
+use super::{
+    Absorbed, Cogging, Constants, Door, Drawn, EffectId, ForceRipple, Law, Likeness, Nominal, Parameter,
+    Scale, Screen, Site, Sizes, Stretch, Unlike,
+};
 use serde::{Deserialize, Serialize};
 
 /// A further pitch of a law that repeats along the axis, beside those that are there already.
@@ -56,12 +59,49 @@ macro_rules! further {
             fn range(screen: &Screen) -> Vec<(f64, f64)> {
                 $law::range(screen)
             }
+
+            const STRETCH: Stretch = <$law as Law>::STRETCH;
+
+            fn lacks(constants: &Constants) -> Option<&'static str> {
+                $law::lacks(constants)
+            }
+
+            const EQUATION: &'static str = <$law as Law>::EQUATION;
+            const SYMBOLS: &'static [&'static str] = <$law as Law>::SYMBOLS;
+            const SOURCE: &'static str = <$law as Law>::SOURCE;
+            const SHOWN_BY: &'static str = <$law as Law>::SHOWN_BY;
+            const EXAMPLE: &'static [f64] = <$law as Law>::EXAMPLE;
+            const CONFUSABLE: &'static [Likeness] = &[];
+
+            fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+                $law::sizes(scale, absorbed, drawn)
+            }
+
+            fn unlike(&self) -> Unlike {
+                Unlike::Nothing
+            }
+
+            const NOMINAL: Option<Nominal> = None;
         }
     };
 }
 
-further!(SecondCogging, Cogging, Cogging, "cogging", "cogging of a second pitch", "Cogging of a second pitch.");
-further!(ThirdCogging, Cogging, SecondCogging, "cogging", "cogging of a third pitch", "Cogging of a third pitch.");
+further!(
+    SecondCogging,
+    Cogging,
+    Cogging,
+    "cogging",
+    "cogging of a second pitch",
+    "Cogging of a second pitch."
+);
+further!(
+    ThirdCogging,
+    Cogging,
+    SecondCogging,
+    "cogging",
+    "cogging of a third pitch",
+    "Cogging of a third pitch."
+);
 further!(
     SecondForceRipple,
     ForceRipple,

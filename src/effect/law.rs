@@ -1,6 +1,7 @@
 //! What every law of the catalogue says of itself.
 
-use super::{Constants, EffectId, Screen};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, EffectId, Likeness, Screen, Stretch};
 use crate::units::Motion;
 use serde::Serialize;
 
@@ -56,6 +57,8 @@ pub struct Parameter {
     pub held: bool,
     /// Values that the law allows.
     pub limits: (f64, f64),
+    /// Whether the limits themselves are not allowed.
+    pub open: bool,
 }
 
 impl Parameter {
@@ -78,12 +81,28 @@ impl Parameter {
             revolute_unit,
             held: false,
             limits: (f64::NEG_INFINITY, f64::INFINITY),
+            open: false,
         }
     }
 
     /// The parameter, which the law allows from one value to another.
     pub const fn within(self, from: f64, to: f64) -> Self {
         Self { limits: (from, to), ..self }
+    }
+
+    /// The parameter, which must lie between two values and be neither.
+    pub const fn between(self, from: f64, to: f64) -> Self {
+        Self { limits: (from, to), open: true, ..self }
+    }
+
+    /// The parameter, which must be more than zero.
+    pub const fn positive(self) -> Self {
+        self.between(0.0, f64::INFINITY)
+    }
+
+    /// The parameter, which must be zero or more.
+    pub const fn not_negative(self) -> Self {
+        self.within(0.0, f64::INFINITY)
     }
 
     /// The parameter, left by fits where each start puts it.
@@ -106,6 +125,20 @@ impl Parameter {
         Self::differing(name, revolute_name, "N·s/m", "N·m·s/rad")
     }
 
+    /// The values that the law allows, in words.
+    pub fn allowed(&self) -> String {
+        let (least, most) = self.limits;
+        match (least.is_finite(), most.is_finite(), self.open) {
+            (false, false, _) => "any number".to_owned(),
+            (true, false, true) => format!("more than {least}"),
+            (true, false, false) => format!("{least} or more"),
+            (false, true, true) => format!("less than {most}"),
+            (false, true, false) => format!("{most} or less"),
+            (true, true, true) => format!("more than {least} and less than {most}"),
+            (true, true, false) => format!("{least} to {most}"),
+        }
+    }
+
     /// The key for this kind of axis.
     pub fn key(&self, motion: Motion) -> &'static str {
         match motion {
@@ -121,6 +154,21 @@ impl Parameter {
             Motion::Revolute => self.revolute_unit,
         }
     }
+}
+
+/// A nominal parameter of a machine with a tolerance of its own: inside it a deviation is calibration, beyond it a cause.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Nominal {
+    /// Moving mass or inertia.
+    MovingMass,
+    /// Viscous coefficient of the guide.
+    Viscous,
+    /// Force or torque constant.
+    ForceConstant,
+    /// Resistance of the winding.
+    Resistance,
+    /// Inductance of the winding.
+    Inductance,
 }
 
 /// A way in which a law acts on the twin, beside moving its constants.
@@ -171,11 +219,6 @@ pub trait Law: Sized {
     /// Whether the first parameter found by screening comes on top of what the twin states already.
     const CUMULATIVE: bool = false;
 
-    /// Whether a machine with these constants can have the effect at all.
-    fn applies(_constants: &Constants) -> bool {
-        true
-    }
-
     /// What is wrong with the parameters, if anything.
     fn fault(&self) -> Option<String> {
         None
@@ -223,7 +266,48 @@ pub trait Law: Sized {
 
     /// The range in which a fit may look for each parameter.
     fn range(screen: &Screen) -> Vec<(f64, f64)>;
+
+    /// Where it comes between signals that a log may hold.
+    const STRETCH: Stretch;
+
+    /// What a machine with these constants lacks to have the effect at all, as a sentence that says what to state or log; none
+    /// where it can have it.
+    fn lacks(constants: &Constants) -> Option<&'static str>;
+
+    /// Its equation as its documentation has it, one line a case.
+    const EQUATION: &'static str;
+
+    /// The symbols of its parameters in that equation.
+    const SYMBOLS: &'static [&'static str];
+
+    /// Where the equation is from.
+    const SOURCE: &'static str;
+
+    /// What shows it, as a sentence or two: signals and motion.
+    const SHOWN_BY: &'static str;
+
+    /// Values of the parameters of a plausible size, for a machine file's table.
+    const EXAMPLE: &'static [f64];
+
+    /// The effects that it is confusable with, as far as their laws do not say so.
+    const CONFUSABLE: &'static [Likeness];
+
+    /// Sizes from which blind trials draw: what such machines may have, from hardly there to large, whatever a diagnosis can
+    /// find of it.
+    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes;
+
+    /// What a machine of a blind trial does otherwise.
+    fn unlike(&self) -> Unlike;
+
+    /// The nominal parameter that it moves, where a machine file states a tolerance for that.
+    const NOMINAL: Option<Nominal>;
 }
+
+/// See [`Law::lacks`]: the part that the effect changes is not there.
+pub(super) const NOTHING_TO_CHANGE: &str =
+    "The machine, as its file states it, has nothing that this effect could change.";
+/// See [`Law::lacks`]: the effect acts between motor and load.
+pub(super) const LOAD_UNSEEN: &str = "Nothing sees the load's end of the drive train: log load_position_m or load_position_rad and state [load_sensor].";
 
 /// The sentence for a parameter that must be finite and more than zero.
 pub(super) fn not_positive(name: &str, value: f64) -> Option<String> {

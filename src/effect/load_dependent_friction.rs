@@ -1,7 +1,8 @@
 //! Friction in proportion to what the sliders carry or the transmission transmits.
 
-use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::law::{NOTHING_TO_CHANGE, negative};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dry friction proportional to the loads of the four bearing sliders, or, on a machine without them, to what its transmission
@@ -32,13 +33,9 @@ pub struct LoadDependentFriction {
 impl Law for LoadDependentFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "friction proportional to load";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1").not_negative()];
     // Where the loads do not change it is Coulomb friction, which says the same with less.
     const RARITY: f64 = 3.0;
-
-    fn applies(constants: &Constants) -> bool {
-        constants.has_slider_loads || constants.has_transmission
-    }
 
     fn fault(&self) -> Option<String> {
         negative("coefficient", self.coefficient)
@@ -64,6 +61,39 @@ impl Law for LoadDependentFriction {
         let most = if is_of_sliders(screen) { screen.largest_force / weight(screen) } else { SELF_LOCKING };
         vec![(0.0, most)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!(constants.has_slider_loads || constants.has_transmission)).then_some(NOTHING_TO_CHANGE)
+    }
+
+    const EQUATION: &'static str = "F = −μ·N·sgn(v)";
+    const SYMBOLS: &'static [&'static str] = &["μ"];
+    const SOURCE: &'static str = "Amontons; Duclusaud et al., ICRA 2025, model M3";
+    const SHOWN_BY: &'static str = "Friction that grows with the load: runs with different payload, accelerations that lift a slider, effort through the transmission.";
+    const EXAMPLE: &'static [f64] = &[0.03];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::equal(
+        EffectId::CoulombFriction,
+        "where the sliders' loads do not change",
+        |constants, _| constants.has_slider_loads,
+    )];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        if scale.constants.has_slider_loads {
+            let force = scale.force;
+            let weight = 9.81 * (scale.constants.moving_mass - scale.constants.rotor_inertia);
+            Sizes::one((1e-6, 0.2), move |s| s * force / weight)
+        } else {
+            Sizes::one((1e-4, 0.4), move |s| s)
+        }
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }
 
 /// Losses from those of a good spur gear to those of a small many-staged one that is hardly driven back, to start a fit from.

@@ -1,7 +1,11 @@
 //! Friction of one place of the travel.
 
 use super::law::{infinite, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::between;
+use super::{
+    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes,
+    Stretch, Unlike,
+};
 use crate::guide::Local;
 use serde::{Deserialize, Serialize};
 
@@ -47,6 +51,8 @@ const CENTRES: usize = 25;
 const WIDTHS: [f64; 4] = [0.1, 0.2, 0.4, 0.7];
 /// Starts of a fit.
 const STARTS: usize = 3;
+/// A spot that explains less than this share of what drag, friction and mass leave of the missing force is none to start from.
+const LEAST_SHARE: f64 = 0.02;
 /// Narrower than this share of the travel no fit looks.
 const NARROWEST: f64 = 5e-3;
 
@@ -56,7 +62,7 @@ impl Law for LocalFriction {
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::effort("force_n", "torque_nm"),
         Parameter::length("centre_m", "centre_rad"),
-        Parameter::length("width_m", "width_rad"),
+        Parameter::length("width_m", "width_rad").positive(),
     ];
 
     fn fault(&self) -> Option<String> {
@@ -88,6 +94,7 @@ impl Law for LocalFriction {
                 found.extend(beside.explain(column).map(|(force, gain)| (gain, vec![force, centre, width])));
             }
         }
+        found.retain(|(gain, _)| *gain > LEAST_SHARE * beside.left());
         found.sort_by(|a, b| b.0.total_cmp(&a.0));
         let mut starts: Vec<Vec<f64>> = Vec::new();
         for (_, start) in found {
@@ -108,4 +115,31 @@ impl Law for LocalFriction {
         let middle = screen.middle();
         vec![(-force, force), (middle - half, middle + half), (NARROWEST * travel, 2.0 * travel)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "local(x) = F_l·½·(1 + cos(2π·(x − x_l)/w))   for |x − x_l| < w/2, else 0";
+    const SYMBOLS: &'static [&'static str] = &["F_l", "x_l", "w"];
+    const SOURCE: &'static str = "Altintas, Verl, Brecher, Uriarte, Pritschow (2011), Machine tool feed drives, CIRP Annals 60/2, section 4";
+    const SHOWN_BY: &'static str = "Force that changes sign with direction at one place of the travel only: slow strokes both ways over all of it.";
+    const EXAMPLE: &'static [f64] = &[8.0, 0.05, 0.02];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::Cogging, "where the axis moves one way only")];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (force, stroke) = (scale.force, scale.stroke);
+        let (centre, width) =
+            (stroke * (0.15 + 0.7 * drawn.share[0]), stroke.abs() * between(0.1, 0.5, drawn.share[1]));
+        Sizes::new((1e-6, 0.2), move |s| vec![s * force, centre, width])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

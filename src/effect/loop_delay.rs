@@ -1,7 +1,8 @@
 //! Time between commanded and applied voltage.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead time between the controller's effort and the voltage at the motor, beyond what is stated.
@@ -26,7 +27,7 @@ pub struct LoopDelay {
 impl Law for LoopDelay {
     const SITE: Site = Site::Amplifier;
     const PHRASE: &'static str = "a delay between effort and voltage";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("delay_s", "s")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("delay_s", "s").not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("delay_s", self.delay_s)
@@ -49,4 +50,31 @@ impl Law for LoopDelay {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, 30.0 * screen.sample_period_s())]
     }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "u_applied(t) = u_commanded(t − τ)";
+    const SYMBOLS: &'static [&'static str] = &["τ"];
+    const SOURCE: &'static str = "Åström, Wittenmark, Computer-Controlled Systems, section 2.3";
+    const SHOWN_BY: &'static str = "Current or motor force behind the control effort where accelerations begin and end. Without them: less damping of the closed loop.";
+    const EXAMPLE: &'static [f64] = &[4e-4];
+    const CONFUSABLE: &'static [Likeness] = &[
+        Likeness::similar(EffectId::WindingInductance, "where no current is logged"),
+        Likeness::similar(EffectId::VelocityFilter, "where no control effort is logged"),
+    ];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let period = scale.constants.sample_period_s;
+        Sizes::one((5e-3, 4.0), move |s| s * period)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

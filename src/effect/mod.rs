@@ -1,7 +1,8 @@
 //! The catalogue of effects: what a real machine does that its twin may leave out.
 //!
 //! Each effect is one law in one file, attached to one [`Site`] of the signal path. To add one, write the
-//! file and add its line to the `catalogue!` below: machine files, fits, diagnosis and reports pick it up.
+//! file and add its line to the `catalogue!` below: machine files, fits, diagnosis, blind trials, reports and `slideway effects`
+//! pick it up. What they need of it, [`Law`] demands.
 //! An effect in a machine file is a table under its id, for instance
 //!
 //! ```toml
@@ -38,6 +39,7 @@ pub mod friction_drift;
 pub mod further_pitch;
 mod harmonics;
 pub mod law;
+pub mod likeness;
 pub mod load_dependent_friction;
 pub mod local_friction;
 pub mod loop_delay;
@@ -49,7 +51,9 @@ mod resonance;
 pub mod screening;
 pub mod screw_error;
 pub mod sensor_scale;
+pub mod sizing;
 mod spectrum;
+pub mod stretch;
 pub mod stribeck_friction;
 pub mod velocity_feedforward;
 pub mod velocity_filter;
@@ -80,7 +84,8 @@ pub use force_constant::ForceConstant;
 pub use force_ripple::ForceRipple;
 pub use friction_drift::FrictionDrift;
 pub use further_pitch::{SecondCogging, SecondForceRipple, ThirdCogging};
-pub use law::{Door, Law, Parameter, Site};
+pub use law::{Door, Law, Nominal, Parameter, Site};
+pub use likeness::{Degree, Likeness, Rule};
 pub use load_dependent_friction::LoadDependentFriction;
 pub use local_friction::LocalFriction;
 pub use loop_delay::LoopDelay;
@@ -89,6 +94,8 @@ pub use presliding::Presliding;
 pub use screening::Screen;
 pub use screw_error::ScrewError;
 pub use sensor_scale::SensorScale;
+pub use sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+pub use stretch::Stretch;
 pub use stribeck_friction::StribeckFriction;
 pub use velocity_feedforward::VelocityFeedforward;
 pub use velocity_filter::VelocityFilter;

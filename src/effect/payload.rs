@@ -1,15 +1,16 @@
 //! A moving mass or inertia off its stated value.
 
 use super::law::{infinite, not_positive};
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Mass carried beside the solid model's: a workpiece, a fixture, coolant, or a model that weighs wrong.
 ///
 /// # Model
 /// ```text
-///   prismatic   m = m_solid + Δm                 rigidly fixed at the moving part's centre of mass
-///   revolute    J = J_solid + ΔJ + m_l·l²        W(q) = W_solid(q) + m_l·g⊥·l·sin(q_h − q)
+///   prismatic:  m = m_solid + Δm                 rigidly fixed at the moving part's centre of mass
+///   revolute:   J = J_solid + ΔJ + m_l·l²        W(q) = W_solid(q) + m_l·g⊥·l·sin(q_h − q)
 /// ```
 /// On a revolute axis ΔJ is an inertia without weight. What has weight is a mass m_l whose centre lies at a lever l from the
 /// axis and hangs straight below it at q = q_h; ΔJ is then its inertia about its own centre. g⊥ is the part of gravity across
@@ -94,4 +95,30 @@ impl Law for Payload {
         let mass = screen.moving_mass();
         vec![(-0.9 * mass, 30.0 * mass)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "prismatic:  m = m_solid + Δm\nrevolute:  J = J_solid + ΔJ + m_l·l²";
+    const SYMBOLS: &'static [&'static str] = &["Δm"];
+    const SOURCE: &'static str =
+        "Newton's second law; Siciliano, Sciavicco, Villani, Oriolo (2009), Robotics, section 7.2";
+    const SHOWN_BY: &'static str =
+        "Force in proportion to acceleration: starts and stops at several accelerations.";
+    const EXAMPLE: &'static [f64] = &[6.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let mass = scale.constants.moving_mass;
+        Sizes::one((BEYOND * absorbed.mass, 0.5), move |s| drawn.sign * s * mass)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = Some(Nominal::MovingMass);
 }

@@ -1,7 +1,8 @@
 //! Presliding friction: bristles that deflect before they slide.
 
 use super::law::{negative, not_positive};
-use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::guide::Bristle;
 use serde::{Deserialize, Serialize};
 
@@ -31,8 +32,8 @@ impl Law for Presliding {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "presliding friction";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad"),
-        Parameter::viscous("damping_n_s_per_m", "damping_nm_s_per_rad"),
+        Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad").positive(),
+        Parameter::viscous("damping_n_s_per_m", "damping_nm_s_per_rad").not_negative(),
     ];
     const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
 
@@ -70,6 +71,34 @@ impl Law for Presliding {
         let (least, most) = (1e-3 * stiffness, 1e6 * stiffness);
         vec![(least, most), (0.0, 2.0 * MOST_DAMPING_RATIO * (most * screen.moving_mass()).sqrt())]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "df/dx = −σ₀·(1 + sgn(v)·f/g)\ndamping (σ₁(v)/σ₀)·df/dt";
+    const SYMBOLS: &'static [&'static str] = &["σ₀", "σ₁"];
+    const SOURCE: &'static str = "Canudas de Wit, Olsson, Åström, Lischinsky (1995)";
+    const SHOWN_BY: &'static str = "Force over the first micrometres after a reversal or a start: small moves, and settling after a stop.";
+    const EXAMPLE: &'static [f64] = &[5e5, 600.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (travel, mass) = (scale.stroke.abs(), scale.constants.moving_mass);
+        let ratio = between(0.05, 0.5, drawn.share[0]);
+        Sizes::new((1e-7, 5e-3), move |s| {
+            let stiffness = drawn.coulomb / (s * travel);
+            vec![stiffness, 2.0 * ratio * (stiffness * mass).sqrt()]
+        })
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }
 
 /// Damping ratio of the moving part on its bristles, to start a fit from.

@@ -223,6 +223,11 @@ pub struct Beside {
 }
 
 impl Beside {
+    /// Sum of squares of what the base leaves.
+    pub fn left(&self) -> f64 {
+        self.rest.norm_squared()
+    }
+
     /// Coefficient of a column, given by sample, and the sum of squares that it explains beyond the base.
     pub fn explain(&self, column: impl Fn(usize) -> f64) -> Option<(f64, f64)> {
         let column = DVector::from_iterator(self.moving.len(), self.moving.iter().map(|&k| column(k)));

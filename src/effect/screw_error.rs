@@ -1,17 +1,19 @@
 //! Lead error of the drive train, periodic in position.
 
-use super::law::{infinite, not_positive};
+use super::law::{LOAD_UNSEEN, infinite, not_positive};
 use super::periodogram::Pitch;
 use super::reading_error::{columns, error, inverse};
-use super::{Constants, Door, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
 /// Periodic lead error: the load runs ahead of and behind the motor once a turn of the screw.
 ///
 /// # Model
 /// `x = q + e(q)`, `e(q) = s·sin(2πq/p) + c·cos(2πq/p)`, with q the motor's end of the drive train and x the load. Where there is
-/// play each flank of the thread has its own error: that of the flank which drives the load forward is `min(1, 1 + f)·e`,
-/// that of the other one `min(1, 1 − f)·e`. f = 0: both alike; f = 1: forward only; f = −1: backward only. Without play both
+/// play each flank of the thread has its own error: `e_forward = min(1, 1 + f)·e`, `e_backward = min(1, 1 − f)·e`, forward that of
+/// the flank which drives the load forward. f = 0: both alike; f = 1: forward only; f = −1: backward only. Without play both
 /// flanks bear, and their mean counts.
 ///
 /// # Validity
@@ -41,16 +43,12 @@ impl Law for ScrewError {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a lead error that repeats along the axis";
     const PARAMETERS: &'static [Parameter] = &[
-        Parameter::length("period_m", "period_rad"),
+        Parameter::length("period_m", "period_rad").positive(),
         Parameter::length("sine_m", "sine_rad"),
         Parameter::length("cosine_m", "cosine_rad"),
-        Parameter::same("flank", "1").held(),
+        Parameter::same("flank", "1").held().within(-1.0, 1.0),
     ];
     const DOORS: &'static [Door] = &[Door::Transmission];
-
-    fn applies(constants: &Constants) -> bool {
-        constants.sees_load
-    }
 
     fn fault(&self) -> Option<String> {
         not_positive("period_m", self.period_m)
@@ -92,4 +90,32 @@ impl Law for ScrewError {
         let most = 0.05 * screen.travel();
         [vec![screen.period_range()], vec![(-most, most); 2], vec![(-1.0, 1.0)]].concat()
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.sees_load).then_some(LOAD_UNSEEN)
+    }
+
+    const EQUATION: &'static str = "x = q + e(q), e(q) = s·sin(2πq/p) + c·cos(2πq/p)\ne_forward = min(1, 1 + f)·e, e_backward = min(1, 1 − f)·e";
+    const SYMBOLS: &'static [&'static str] = &["p", "s", "c", "f"];
+    const SOURCE: &'static str = "ISO 3408-3, travel variation within one revolution";
+    const SHOWN_BY: &'static str = "Load position beside motor position over several turns of the screw; play and both directions tell the flanks apart.";
+    const EXAMPLE: &'static [f64] = &[0.01, 5e-6, 2e-6, 0.0];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::equal(
+        EffectId::EncoderPeriodicError,
+        "where one sensor sees the load and no other the motor",
+        |constants, logged| !logged.contains(&Signal::LoadPosition) && !constants.sees_both_ends,
+    )];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (travel, both_flanks) = (scale.stroke.abs(), 0.0);
+        Sizes::new((1e-8, 1e-3), move |s| [&drawn.wave(s * travel)[..3], &[both_flanks]].concat())
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,10 @@
 //! Scale of a logged current or effort off its stated value.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::{
+    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes,
+    Stretch, Unlike,
+};
 use crate::sensor::LogScale;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +41,8 @@ fn one() -> f64 {
 impl Law for SensorScale {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "a logged signal in the wrong scale";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("current", "1"), Parameter::same("effort", "1")];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::same("current", "1").positive(), Parameter::same("effort", "1").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("current", self.current).or_else(|| not_positive("effort", self.effort))
@@ -59,4 +63,29 @@ impl Law for SensorScale {
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(1e-3, 1e3); 2]
     }
+
+    const STRETCH: Stretch = Stretch::Log;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "current as logged = f_i·i        effort as logged = f_u·u";
+    const SYMBOLS: &'static [&'static str] = &["f_i", "f_u"];
+    const SOURCE: &'static str = "unit conversion; RMS and peak of a phase current differ by √2";
+    const SHOWN_BY: &'static str =
+        "Current and effort that do not belong together, while the motion does what it should: log both.";
+    const EXAMPLE: &'static [f64] = &[0.5, 1.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::ForceConstant, "where a logged current drives the replay")];
+
+    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        Sizes::new((1e-4, 0.6), move |s| vec![1.0 + drawn.sign * s, 1.0])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

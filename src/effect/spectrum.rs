@@ -56,7 +56,8 @@ pub fn lines(screen: &Screen, most: usize) -> Vec<Line> {
         let around = k.saturating_sub(width)..(k + width + 1).min(count);
         around.into_iter().all(|j| power[j].1 <= power[k].1)
     };
-    let mut peaks: Vec<(f64, f64)> = (0..count).filter(|&k| is_peak(k)).map(|k| power[k]).collect();
+    let mut peaks: Vec<(f64, f64)> =
+        (0..count).filter(|&k| is_peak(k) && stands_out(&power, k, width)).map(|k| power[k]).collect();
     peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
     // A sine of amplitude A over N samples has |Σ y·e^(−iωt)|² = (N·A/2)², and power() gives that over N.
     let amplitude = |total: f64| 2.0 * (total / samples as f64).sqrt();
@@ -66,6 +67,22 @@ pub fn lines(screen: &Screen, most: usize) -> Vec<Line> {
         .map(|(frequency_hz, total)| Line { frequency_hz, amplitude: amplitude(total) })
         .collect()
 }
+
+/// Whether a peak has several times the power of its neighbours on both sides: what repeats with the motion has none so narrow.
+fn stands_out(power: &[(f64, f64)], peak: usize, width: usize) -> bool {
+    let median = |range: std::ops::Range<usize>| {
+        let mut own: Vec<f64> = power[range].iter().map(|(_, total)| *total).collect();
+        let middle = own.len() / 2;
+        (!own.is_empty()).then(|| *own.select_nth_unstable_by(middle, f64::total_cmp).1)
+    };
+    let (near, far) = (2 * width, 8 * width);
+    let below = median(peak.saturating_sub(far)..peak.saturating_sub(near));
+    let above = median((peak + near).min(power.len())..(peak + far).min(power.len()));
+    below.into_iter().chain(above).all(|around| power[peak].1 > STANDS_OUT * around)
+}
+
+/// A line has so many times the power of its neighbours.
+const STANDS_OUT: f64 = 8.0;
 
 /// What the base leaves of a run's missing force, thinned, with its sample period.
 fn rest(screen: &Screen, run: &super::screening::Series) -> Option<(f64, Vec<f64>)> {

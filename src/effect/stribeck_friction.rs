@@ -1,7 +1,8 @@
 //! Stiction that decays with speed.
 
 use super::law::not_positive;
-use super::{Constants, EffectId, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
 
@@ -35,7 +36,8 @@ impl Law for StribeckFriction {
     const PHRASE: &'static str = "stiction that decays with speed";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::same("peak_ratio", "1").within(1.0, f64::INFINITY),
-        Parameter::differing("stribeck_velocity_m_per_s", "stribeck_velocity_rad_per_s", "m/s", "rad/s"),
+        Parameter::differing("stribeck_velocity_m_per_s", "stribeck_velocity_rad_per_s", "m/s", "rad/s")
+            .positive(),
     ];
     const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction];
 
@@ -91,6 +93,32 @@ impl Law for StribeckFriction {
         let speed = screen.largest_speed();
         vec![(1.0, HIGHEST_PEAK), (1e-3 * speed, speed)]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "v ≠ 0:  F = −F_c·(1 + (p − 1)·exp(−(v/v_s)²))·sgn(v)\nv = 0:  F = whatever holds the axis, up to |F| ≤ p·F_c";
+    const SYMBOLS: &'static [&'static str] = &["p", "v_s"];
+    const SOURCE: &'static str = "Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2";
+    const SHOWN_BY: &'static str =
+        "Friction that falls as speed rises from rest: creep, slow reversals, starts after a dwell.";
+    const EXAMPLE: &'static [f64] = &[1.6, 0.01];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::Presliding, "where the axis passes standstill quickly")];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let slow = scale.speed * between(0.02, 0.1, drawn.share[0]);
+        Sizes::new((1e-3, 2.0), move |s| vec![1.0 + s, slow])
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Bristles
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }
 
 /// Stiction beyond Coulomb friction to start a fit from, as shares of it.

@@ -1,14 +1,16 @@
 //! Feed-forward of the reference velocity other than stated.
 
+use super::controller_gain::gain_is_absent;
 use super::law::infinite;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
 /// The share of the reference velocity that the controller feeds forward, retuned after the machine file was written.
 ///
 /// # Model
-/// The share itself, since it is often stated as zero.
+/// `e = k_x·(x_ref − x) + k_f·v_ref − v`; the share k_f itself is fitted, since it is often stated as zero.
 ///
 /// # Validity
 /// The law itself is the one stated.
@@ -18,7 +20,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityFeedforward {
-    /// Share of the reference velocity that is fed forward, in the place of the stated one.
+    /// k_f, share of the reference velocity that is fed forward, in the place of the stated one.
     pub share: f64,
 }
 
@@ -27,13 +29,6 @@ impl Law for VelocityFeedforward {
     const PHRASE: &'static str = "a velocity feed-forward other than stated";
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("share", "1")];
     const GROUP: Option<&'static str> = Some(super::CONTROLLER_GAIN);
-
-    fn applies(constants: &Constants) -> bool {
-        constants
-            .controller
-            .as_ref()
-            .is_some_and(|law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0) != *law)
-    }
 
     fn fault(&self) -> Option<String> {
         infinite("share", self.share)
@@ -56,4 +51,33 @@ impl Law for VelocityFeedforward {
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(-0.5, 1.5)]
     }
+
+    const STRETCH: Stretch = Stretch::Controller;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        gain_is_absent(constants, |law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0))
+    }
+
+    const EQUATION: &'static str = "e = k_x·(x_ref − x) + k_f·v_ref − v";
+    const SYMBOLS: &'static [&'static str] = &["k_f"];
+    const SOURCE: &'static str = "the control law that the machine file states";
+    const SHOWN_BY: &'static str = "Control effort in proportion to the reference velocity. Without a logged effort: following error at constant speed, at several feeds.";
+    const EXAMPLE: &'static [f64] = &[0.5];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::similar(
+        EffectId::PositionGain,
+        "where no control effort is logged and the runs hardly accelerate",
+    )];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
+        // Towards the middle of none and all, so that it stays between them.
+        let sign = if stated < 0.5 { 1.0 } else { -1.0 };
+        Sizes::one((1e-4, 0.5), move |s| stated + sign * s)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,8 @@
 //! Smoothing of the velocity estimate off its stated value.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A filter in the velocity estimate that is not the stated one.
@@ -24,7 +25,7 @@ pub struct VelocityFilter {
 impl Law for VelocityFilter {
     const SITE: Site = Site::Sensor;
     const PHRASE: &'static str = "a velocity filter off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("time_constant_s", "s")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("time_constant_s", "s").not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("time_constant_s", self.time_constant_s)
@@ -47,4 +48,29 @@ impl Law for VelocityFilter {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, 200.0 * screen.sample_period_s())]
     }
+
+    const STRETCH: Stretch = Stretch::VelocityEstimate;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "v ← v + T/(T+τ)·(estimate − v)";
+    const SYMBOLS: &'static [&'static str] = &["τ"];
+    const SOURCE: &'static str = "the velocity estimate that the machine file states";
+    const SHOWN_BY: &'static str = "Control effort behind the velocity, or a logged velocity behind the position: starts, stops, reversals.";
+    const EXAMPLE: &'static [f64] = &[2e-3];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let own = scale.constants.velocity.time_constant_s();
+        let period = scale.constants.sample_period_s;
+        Sizes::one((1e-3, 30.0), move |s| own + s * period)
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,8 @@
 //! Viscous friction of the guide off its stated value.
 
 use super::law::negative;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Viscous friction whose coefficient is not the stated one.
@@ -34,7 +35,7 @@ impl Law for ViscousFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "viscous friction off its stated value";
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter::viscous("viscous_n_s_per_m", "viscous_nm_s_per_rad")];
+        &[Parameter::viscous("viscous_n_s_per_m", "viscous_nm_s_per_rad").not_negative()];
 
     fn fault(&self) -> Option<String> {
         negative("viscous_n_s_per_m", self.viscous_n_s_per_m)
@@ -57,4 +58,33 @@ impl Law for ViscousFriction {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.0, screen.viscous() + 3.0 * screen.largest_force / screen.largest_speed().max(1e-9))]
     }
+
+    const STRETCH: Stretch = Stretch::Mechanics;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "F(v) = −c·v";
+    const SYMBOLS: &'static [&'static str] = &["c"];
+    const SOURCE: &'static str = "Janot, Gautier, Brunot (2019), eq. 2, term Fv·q̇";
+    const SHOWN_BY: &'static str = "Force in proportion to speed: constant speed at several feeds.";
+    const EXAMPLE: &'static [f64] = &[500.0];
+    const CONFUSABLE: &'static [Likeness] =
+        &[Likeness::similar(EffectId::CoulombFriction, "where all runs move at one speed")];
+
+    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let (stated, viscous, sign) = (scale.constants.viscous, drawn.viscous, drawn.sign);
+        if stated > 0.0 {
+            Sizes::one((least_beyond(absorbed.viscous), 0.9), move |s| stated * (1.0 + sign * s))
+        } else {
+            Sizes::one((1e-5, 3.0), move |s| s * viscous)
+        }
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = Some(Nominal::Viscous);
 }

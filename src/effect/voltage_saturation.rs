@@ -1,7 +1,8 @@
 //! Voltage clipped below what is stated.
 
 use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A limit of the applied voltage below the stated one: a sagging supply, a limit set in the drive.
@@ -24,7 +25,7 @@ pub struct VoltageSaturation {
 impl Law for VoltageSaturation {
     const SITE: Site = Site::Amplifier;
     const PHRASE: &'static str = "voltage clipped below its stated limit";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("limit_v", "V")];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("limit_v", "V").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("limit_v", self.limit_v)
@@ -51,4 +52,29 @@ impl Law for VoltageSaturation {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.02 * screen.largest_voltage(), 1.02 * screen.largest_voltage())]
     }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(_constants: &Constants) -> Option<&'static str> {
+        None
+    }
+
+    const EQUATION: &'static str = "u_applied = clip(u, ±U)";
+    const SYMBOLS: &'static [&'static str] = &["U"];
+    const SOURCE: &'static str = "saturation of any real amplifier";
+    const SHOWN_BY: &'static str =
+        "Control effort beyond U that current or motor force do not follow, in runs fast enough to reach U.";
+    const EXAMPLE: &'static [f64] = &[2.0];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
+        let volt = scale.voltage_v;
+        Sizes::one((1e-3, 0.75), move |s| volt * (1.0 - s))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = None;
 }

@@ -1,7 +1,8 @@
 //! Winding inductance off its stated value.
 
-use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -25,11 +26,7 @@ pub struct WindingInductance {
 impl Law for WindingInductance {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a winding inductance off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("inductance_h", "H")];
-
-    fn applies(constants: &Constants) -> bool {
-        constants.has_voltage_fed_winding
-    }
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("inductance_h", "H").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("inductance_h", self.inductance_h)
@@ -56,4 +53,29 @@ impl Law for WindingInductance {
         let stated = screen.constants.as_ref().map_or(1.0, |c| Self::neutral(c)[0]);
         vec![(0.1 * stated, 10.0 * stated)]
     }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
+    }
+
+    const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SYMBOLS: &'static [&'static str] = &["L"];
+    const SOURCE: &'static str = "any text on electrical drives";
+    const SHOWN_BY: &'static str =
+        "Current behind quick changes of the control effort. Slow smooth strokes do not show it.";
+    const EXAMPLE: &'static [f64] = &[0.011];
+    const CONFUSABLE: &'static [Likeness] = &[];
+
+    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
+        Sizes::one((least_beyond(absorbed.inductance), 0.6), move |s| stated * (1.0 + drawn.sign * s))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = Some(Nominal::Inductance);
 }

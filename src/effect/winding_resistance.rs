@@ -1,7 +1,8 @@
 //! Winding resistance off its stated value.
 
-use super::law::not_positive;
-use super::{Constants, Law, Parameter, Screen, Site};
+use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -25,11 +26,7 @@ pub struct WindingResistance {
 impl Law for WindingResistance {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a winding resistance off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("resistance_ohm", "Ω")];
-
-    fn applies(constants: &Constants) -> bool {
-        constants.has_voltage_fed_winding
-    }
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("resistance_ohm", "Ω").positive()];
 
     fn fault(&self) -> Option<String> {
         not_positive("resistance_ohm", self.resistance_ohm)
@@ -56,4 +53,32 @@ impl Law for WindingResistance {
         let stated = screen.constants.as_ref().map_or(1.0, |c| Self::neutral(c)[0]);
         vec![(0.2 * stated, 5.0 * stated)]
     }
+
+    const STRETCH: Stretch = Stretch::Drive;
+
+    fn lacks(constants: &Constants) -> Option<&'static str> {
+        (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
+    }
+
+    const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
+    const SYMBOLS: &'static [&'static str] = &["R"];
+    const SOURCE: &'static str = "temperature coefficient of copper, IEC 60228";
+    const SHOWN_BY: &'static str =
+        "Control effort beside current, where the motor accelerates or holds a load.";
+    const EXAMPLE: &'static [f64] = &[1.6];
+    const CONFUSABLE: &'static [Likeness] = &[
+        Likeness::similar(EffectId::BackEmf, "where no current is logged and drag takes most of the force"),
+        Likeness::similar(EffectId::ForceConstant, "where no current is logged"),
+    ];
+
+    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
+        let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
+        Sizes::one((least_beyond(absorbed.resistance), 0.4), move |s| stated * (1.0 + drawn.sign * s))
+    }
+
+    fn unlike(&self) -> Unlike {
+        Unlike::Nothing
+    }
+
+    const NOMINAL: Option<Nominal> = Some(Nominal::Resistance);
 }

@@ -12,8 +12,14 @@ pub const BEGIN_KEY: &str = "begins_s";
 /// A `begins_s` that is no finite number, or that some runs state and others do not.
 pub(super) fn place(runs: &mut [Run]) -> Result<()> {
     let stated: Vec<Option<f64>> = runs.iter().map(stated).collect::<Result<_>>()?;
-    if let Some(lacking) = stated.iter().position(Option::is_none).filter(|_| stated.iter().any(Option::is_some)) {
-        return Err(refuse(&runs[lacking], ErrorKind::Missing, "no begins_s, which other runs state".to_owned()));
+    if let Some(lacking) =
+        stated.iter().position(Option::is_none).filter(|_| stated.iter().any(Option::is_some))
+    {
+        return Err(refuse(
+            &runs[lacking],
+            ErrorKind::Missing,
+            "no begins_s, which other runs state".to_owned(),
+        ));
     }
     if stated.iter().all(Option::is_some) {
         runs.iter_mut().zip(stated).for_each(|(run, begins)| run.begins_s = begins.unwrap_or(0.0));
@@ -34,7 +40,8 @@ pub(super) fn place(runs: &mut [Run]) -> Result<()> {
 
 /// Whether the time stamps of the runs lie side by side on one clock.
 fn share_a_clock(runs: &[Run]) -> bool {
-    let mut spans: Vec<[f64; 2]> = runs.iter().map(|run| [run.start_s, run.start_s + run.duration_s()]).collect();
+    let mut spans: Vec<[f64; 2]> =
+        runs.iter().map(|run| [run.start_s, run.start_s + run.duration_s()]).collect();
     spans.sort_by(|a, b| a[0].total_cmp(&b[0]));
     spans.windows(2).all(|pair| pair[0][1] < pair[1][0])
 }

@@ -172,12 +172,12 @@ impl Commands {
     ) -> Result<Traces> {
         let mut twin = Twin::new(machine, plant, sensing);
         twin.start(self.start, 0.0, 0.0);
+        twin.set_clock(self.begins_s - self.stood_s(stood_s));
         if self.driven_by == DrivenBy::Reference {
             let first = self.commands.first().map_or(self.start, |c| c.position_reference);
             let periods = (stood_s / machine.description().sample_period_s).round() as usize;
             run(&mut twin, (0..periods).map(|_| Command::follow(first, 0.0)), |_| ());
         }
-        twin.set_clock(self.begins_s);
         let traces = run(&mut twin, self.commands.iter().copied(), each);
         if self.driven_by == DrivenBy::Effort {
             check_travel(machine, &traces.position)?;

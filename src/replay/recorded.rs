@@ -92,7 +92,8 @@ impl Start {
     /// The start as it was, of one that was logged in these scales.
     #[must_use]
     pub fn unscaled(self, scale: LogScale) -> Self {
-        let (effort_v, current) = (self.effort_v.map(|u| u / scale.effort), self.current.map(|i| i / scale.current));
+        let (effort_v, current) =
+            (self.effort_v.map(|u| u / scale.effort), self.current.map(|i| i / scale.current));
         Self { effort_v, current, ..self }
     }
 
@@ -113,6 +114,14 @@ impl Start {
         };
         self.current.or_else(|| self.commanded_v().map(settled)).unwrap_or(0.0)
     }
+}
+
+/// A vibration has shaken the axis for so long before a run that begins at rest, in s.
+const SHAKEN_S: f64 = 1.0;
+
+/// Whether the machine has a vibration that exerts anything.
+pub fn shakes(machine: &Machine) -> bool {
+    machine.description().effect.external_vibration.as_ref().is_some_and(|law| law.force_n != 0.0)
 }
 
 /// Halves of a standstill whose means differ by more standard errors are no steady state.
@@ -332,7 +341,26 @@ impl Recorded {
         }
         twin.set_current(start.current_a(&machine.constants()));
         twin.set_clock(self.begins_s);
+        if let Some(command) = self.resting().filter(|_| shakes(machine)) {
+            // A vibration was there before the run began: base, drive and controller have settled into it.
+            twin.set_clock(self.begins_s - SHAKEN_S);
+            let periods = (SHAKEN_S / twin.period_s()).round() as usize;
+            for _ in 0..periods {
+                twin.step(command);
+            }
+        }
         twin
+    }
+
+    /// The first command, where the reference rests at first.
+    fn resting(&self) -> Option<Command> {
+        let first = *self.commands.first()?;
+        let rests = self
+            .commands
+            .iter()
+            .take(START_SAMPLES)
+            .all(|c| c.position_reference == first.position_reference);
+        rests.then_some(Command { velocity_reference: 0.0, ..first })
     }
 
     /// The start, with the effort that holds the machine's weight where none was logged and the controller is to have it.

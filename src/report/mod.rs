@@ -3,6 +3,7 @@
 //! What are the data → what is it → (in a comparison) what changed → where does it lie → which effect → how far does the gap shrink → what was
 //! calibrated, what was noticed in the data → what next.
 
+mod catalogue;
 mod changes;
 mod compared;
 pub mod confusion;
@@ -25,6 +26,7 @@ mod terminal;
 mod tuned;
 mod which;
 
+pub use catalogue::{effect_list, effect_sheet, example};
 pub use compared::{Comparison, compared};
 pub use crosscheck::crosscheck;
 pub use gains::{gain_table, gains};

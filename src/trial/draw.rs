@@ -5,9 +5,9 @@ use super::equals::{equals, struck};
 use super::laws::Otherwise;
 use super::nominal::{Care, NominalErrors};
 use super::plan::Planned;
-use super::scale::Scale;
+use super::scale::scale;
 use super::seed::Seed;
-use super::size::{Absorbed, Family};
+use super::size::{Family, absorbed};
 use super::strokes;
 use super::tier::Tier;
 use super::truth::{HiddenEffect, TrueCase};
@@ -82,9 +82,9 @@ fn attempt(
     let real = nominal.apply(machine)?;
     let stroke = runs.iter().map(|run| run.stroke.abs()).fold(0.0, f64::max);
     let otherwise = otherwise(machine, stroke, random);
-    let scale = Scale::of(&real, &runs, &otherwise)?;
+    let scale = scale(&real, &runs, &otherwise)?;
     let gauge = Gauge::new(&real, &otherwise, &runs, logged)?;
-    let absorbed = Absorbed::of(&machine.description().tolerance, logged);
+    let absorbed = absorbed(&machine.description().tolerance, logged);
     let (mut bases, mut sized): (Vec<Sized>, Vec<Sized>) = (Vec::new(), Vec::new());
     for &effect in &planned.effects {
         let window = match sized.first() {
@@ -95,7 +95,8 @@ fn attempt(
         let family = Family::draw(effect, &scale, &absorbed, random).beside(&hidden_so_far(&bases, &sized));
         for (effect, values) in family.base.clone() {
             if !planned.effects.contains(&effect) && !bases.iter().any(|base| base.effect == effect) {
-                let gap = gauge.gap(&[(effect, values.clone())], &[]);
+                let there = hidden_so_far(&bases, &[]);
+                let gap = gauge.gap(&[&there[..], &[(effect, values.clone())]].concat(), &there);
                 bases.push(Sized { effect, values, gap });
             }
         }

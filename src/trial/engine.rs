@@ -102,14 +102,10 @@ impl Engine {
 ///
 /// # Errors
 /// A machine without a controller, or a reference beyond its joint's limits.
-pub fn sketch(
-    machine: &Machine,
-    otherwise: &Otherwise,
-    reference: &[f64],
-    begins_s: f64,
-) -> Result<Traces> {
+pub fn sketch(machine: &Machine, otherwise: &Otherwise, reference: &[f64], begins_s: f64) -> Result<Traces> {
     let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
-    let plant = Forged::new(Axis::new(&walked.constants(), step(machine, SKETCH_STEP_S)), laws, begins_s - STOOD_S);
+    let plant =
+        Forged::new(Axis::new(&walked.constants(), step(machine, SKETCH_STEP_S)), laws, begins_s - STOOD_S);
     let commands = Commands::follow(machine, reference)?.beginning(begins_s);
     commands.walk(&walked, plant, Sensing::Perfect, STOOD_S, |_| ())
 }

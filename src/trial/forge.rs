@@ -245,7 +245,13 @@ fn simulate(trial: &Trial, machine: &Machine, case: &TrueCase, logged: &[Signal]
         let reference = strokes.reference(machine);
         let sensing =
             Sensing::AsStated { seed: trial.seed.derived(&format!("noise {} {}", case.case, strokes.name)) };
-        let traces = trial.announcement.engine.simulate(&real, &case.otherwise, sensing, &reference, strokes.begins_s)?;
+        let traces = trial.announcement.engine.simulate(
+            &real,
+            &case.otherwise,
+            sensing,
+            &reference,
+            strokes.begins_s,
+        )?;
         runs.push(as_logged(strokes, machine, &reference, traces, &logged)?);
     }
     let mut recording = Recording::new(runs)?;

@@ -1,7 +1,7 @@
 //! What forged machines do otherwise than the diagnosing twin: a plant around a plant.
 
 use super::bristle::ForgedBristle;
-use crate::effect::{Effect, EffectId};
+use crate::effect::Unlike;
 use crate::error::Result;
 use crate::guide::{Bristle, Coast, DryFriction, StepForce};
 use crate::machine::Machine;
@@ -21,17 +21,6 @@ pub struct Otherwise {
     /// Their phases in rad.
     pub phases: [f64; 2],
 }
-
-/// The effects of dry friction, which a forged machine carries as bristles of its own.
-const FRICTION: [EffectId; 7] = [
-    EffectId::CoulombFriction,
-    EffectId::AsymmetricFriction,
-    EffectId::StribeckFriction,
-    EffectId::Presliding,
-    EffectId::LoadDependentFriction,
-    EffectId::LocalFriction,
-    EffectId::FrictionDrift,
-];
 
 /// Forces of a forged machine that its twin does not apply itself.
 ///
@@ -79,8 +68,8 @@ impl ForgedLaws {
         let (effects, constants) = (machine.effects(), machine.constants());
         let dry = constants.friction;
         let mut walked = machine.clone();
-        for friction in FRICTION {
-            walked = walked.without_effect(friction)?;
+        for friction in effects.iter().filter(|effect| effect.unlike() == Unlike::Bristles) {
+            walked = walked.without_effect(friction.id())?;
         }
         let coefficient = dry.load_coefficient;
         let loaded = Load::of(machine).filter(|_| coefficient > 0.0).map(|load| (coefficient, load));
@@ -96,15 +85,14 @@ impl ForgedLaws {
         };
         let (mut cogging, mut ripple) = (None, None);
         for effect in &effects {
-            match effect {
-                Effect::Cogging(law) => {
-                    let first = law.sine_n.hypot(law.cosine_n);
-                    cogging = Some(Harmonics::new(otherwise, law.period_m, first));
+            match effect.unlike() {
+                Unlike::ForceHarmonics { period, first } => {
+                    cogging = Some(Harmonics::new(otherwise, period, first));
                 }
-                Effect::ForceRipple(law) => {
-                    ripple = Some(Harmonics::new(otherwise, law.period_m, law.sine.hypot(law.cosine)));
+                Unlike::RippleHarmonics { period, first } => {
+                    ripple = Some(Harmonics::new(otherwise, period, first));
                 }
-                _ => {}
+                Unlike::Nothing | Unlike::Bristles => {}
             }
         }
         let laws = Self {

@@ -3,41 +3,23 @@
 use super::engine::sketch;
 use super::laws::Otherwise;
 use super::strokes::Strokes;
-use crate::effect::Constants;
+use crate::effect::Scale;
 use crate::error::Result;
 use crate::machine::Machine;
 
-/// What the nominal machine does on the runs of a case.
-#[derive(Debug, Clone)]
-pub struct Scale {
-    /// Constants of the machine as it really is, hidden effect aside.
-    pub constants: Constants,
-    /// Largest motor force or torque.
-    pub force: f64,
-    /// Largest commanded voltage.
-    pub voltage_v: f64,
-    /// Largest speed of the reference.
-    pub speed: f64,
-    /// Largest stroke, signed.
-    pub stroke: f64,
-}
-
-impl Scale {
-    /// Measures a machine on runs.
-    ///
-    /// # Errors
-    /// As [`sketch`].
-    pub fn of(machine: &Machine, runs: &[Strokes], otherwise: &Otherwise) -> Result<Self> {
-        let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
-        let (mut force, mut voltage_v) = (0.0_f64, 0.0_f64);
-        for run in runs {
-            let traces = sketch(machine, otherwise, &run.reference(machine), run.begins_s)?;
-            force = force.max(largest(&traces.thrust));
-            voltage_v = voltage_v.max(largest(&traces.effort_v));
-        }
-        let stroke =
-            runs.iter().map(|r| r.stroke).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-        let speed = runs.iter().map(|r| r.feed).fold(0.0, f64::max);
-        Ok(Self { constants: machine.constants(), force, voltage_v, speed, stroke })
+/// Measures a machine on runs.
+///
+/// # Errors
+/// As [`sketch`].
+pub fn scale(machine: &Machine, runs: &[Strokes], otherwise: &Otherwise) -> Result<Scale> {
+    let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
+    let (mut force, mut voltage_v) = (0.0_f64, 0.0_f64);
+    for run in runs {
+        let traces = sketch(machine, otherwise, &run.reference(machine), run.begins_s)?;
+        force = force.max(largest(&traces.thrust));
+        voltage_v = voltage_v.max(largest(&traces.effort_v));
     }
+    let stroke = runs.iter().map(|r| r.stroke).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+    let speed = runs.iter().map(|r| r.feed).fold(0.0, f64::max);
+    Ok(Scale { constants: machine.constants(), force, voltage_v, speed, stroke })
 }

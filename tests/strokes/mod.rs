@@ -3,7 +3,7 @@
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run};
 use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Stroke, run_seed, simulate};
+use slideway::replay::{Commands, Motion, PlantChoice, Stroke, run_seed};
 use slideway::twin::Sensing;
 
 /// Stroke in m, feed in m/min, role of the run.
@@ -36,10 +36,16 @@ impl<'a> Strokes<'a> {
 
     /// One run of each cell.
     pub fn recording(&self, cells: &[Cell]) -> Recording {
-        Recording::new(cells.iter().map(|cell| self.run(*cell)).collect()).unwrap()
+        let mut begins_s = 0.0;
+        let run = |cell: &Cell| {
+            let run = self.run(*cell, begins_s);
+            begins_s += run.duration_s() + run.sample_period_s();
+            run
+        };
+        Recording::new(cells.iter().map(run).collect()).unwrap()
     }
 
-    fn run(&self, (stroke, feed, role): Cell) -> Run {
+    fn run(&self, (stroke, feed, role): Cell, begins_s: f64) -> Run {
         let whole = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
         let strokes =
             self.legs.iter().map(|share| Stroke { stroke: share * whole.stroke, ..whole }).collect();
@@ -50,7 +56,8 @@ impl<'a> Strokes<'a> {
         }
         let name = format!("stroke{:.0}_feed{feed:.0}", whole.stroke * 1e3);
         let sensing = Sensing::AsStated { seed: run_seed(self.seed, &name) };
-        let traces = simulate(self.real, self.plant, sensing, &reference, |_| ()).unwrap();
+        let commands = Commands::follow(self.real, &reference).unwrap().beginning(begins_s);
+        let traces = commands.simulate(self.real, self.plant, sensing, |_| ()).unwrap();
         let mut run = recorded(&name, self.stated, &reference, traces).unwrap();
         run.role = Some(role);
         run

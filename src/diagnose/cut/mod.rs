@@ -8,7 +8,7 @@ mod residual;
 use super::experiment::Experiment;
 use super::motion::Motion;
 use super::visibility::NotExamined;
-use crate::effect::EffectId;
+use crate::effect::{EffectId, Stretch};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -43,27 +43,18 @@ impl Cut {
         }
     }
 
-    /// The stretch in which an effect shows, given which signals were logged.
-    fn of(effect: EffectId, has_current: bool, has_thrust: bool) -> Self {
-        match effect {
-            EffectId::PositionGain
-            | EffectId::VelocityGain
-            | EffectId::IntegralGain
-            | EffectId::VelocityFeedforward
-            | EffectId::VelocityFilter => Self::Controller,
-            EffectId::LoopDelay
-            | EffectId::VoltageSaturation
-            | EffectId::DeadZone
-            | EffectId::AmplifierOffset
-            | EffectId::WindingResistance
-            | EffectId::WindingInductance
-            | EffectId::BackEmf => Self::Drive,
-            EffectId::ForceConstant | EffectId::ForceRipple => match (has_current, has_thrust) {
+    /// The cut in which an effect shows, given which signals were logged; none for one that shows in several.
+    fn of(effect: EffectId, has_current: bool, has_thrust: bool) -> Option<Self> {
+        match effect.stretch() {
+            Stretch::Controller | Stretch::VelocityEstimate => Some(Self::Controller),
+            Stretch::Drive => Some(Self::Drive),
+            Stretch::MotorForce => Some(match (has_current, has_thrust) {
                 (true, true) => Self::Force,
                 (false, true) => Self::Drive,
-                _ => Self::Mechanics,
-            },
-            _ => Self::Mechanics,
+                (_, false) => Self::Mechanics,
+            }),
+            Stretch::Mechanics | Stretch::Rounding => Some(Self::Mechanics),
+            Stretch::Log => None,
         }
     }
 }
@@ -114,29 +105,29 @@ pub fn clean(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Cut>> 
 
 /// Effects of the catalogue that act in none of the clean stretches.
 pub fn left(catalogue: &[EffectId], clean: &[Cut], experiments: &[Experiment]) -> Vec<EffectId> {
-    let stretch = stretches(experiments);
-    catalogue.iter().copied().filter(|e| !clean.contains(&stretch(*e))).collect()
+    let stretch = clean_stretch(clean, experiments);
+    catalogue.iter().copied().filter(|effect| stretch(*effect).is_none()).collect()
 }
 
 /// The others, with the reason.
 pub fn ruled_out(catalogue: &[EffectId], clean: &[Cut], experiments: &[Experiment]) -> Vec<NotExamined> {
-    let stretch = stretches(experiments);
-    let out = catalogue.iter().copied().filter(|e| clean.contains(&stretch(*e)));
-    out.map(|effect| NotExamined {
+    let stretch = clean_stretch(clean, experiments);
+    let out = catalogue.iter().filter_map(|effect| Some((effect, stretch(*effect)?)));
+    out.map(|(effect, cut)| NotExamined {
         effect: effect.name().to_owned(),
         reason: format!(
             "The stretch {}, replayed alone from its measured input, shows no gap of its own.",
-            stretch(effect).words()
+            cut.words()
         ),
     })
     .collect()
 }
 
-/// The stretch in which each effect shows, given what all of these runs logged.
-fn stretches(experiments: &[Experiment]) -> impl Fn(EffectId) -> Cut + use<> {
+/// The clean stretch in which an effect would show, given what all of these runs logged; none where it is not clean.
+fn clean_stretch(clean: &[Cut], experiments: &[Experiment]) -> impl Fn(EffectId) -> Option<Cut> {
     let logged = |signal| experiments.iter().all(|e| e.run().signal(signal).is_some());
     let (current, thrust) = (logged(Signal::Current), logged(Signal::Thrust));
-    move |effect| Cut::of(effect, current, thrust)
+    move |effect| Cut::of(effect, current, thrust).filter(|cut| clean.contains(cut))
 }
 
 #[derive(Default)]

@@ -2,8 +2,13 @@
 
 use super::dwell::settled;
 use crate::diagnose::experiment::Experiment;
+use crate::error::Result;
+use crate::machine::Machine;
 use crate::recording::Signal;
+use crate::twin::Sensing;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -20,32 +25,62 @@ const NEIGHBOURS: usize = 12;
 const OVERSAMPLING: usize = 4;
 /// Frequencies tried at most.
 const MOST_FREQUENCIES: usize = 1500;
-/// Highest frequency, as a share of the sample rate.
+/// A vibration explains so large a share of the scatter at standstill.
+const MOST: f64 = 0.5;
+/// Highest frequency in Hz, and as a share of the sample rate.
+const HIGHEST_HZ: f64 = 100.0;
 const HIGHEST: f64 = 0.4;
+/// Samples a second that frequencies up to the highest need.
+const ENOUGH_HZ: f64 = 600.0;
 
-/// Frequencies in Hz at which the axis vibrates while its reference rests; none where it only scatters.
+/// Frequencies in Hz at which the axis vibrates at standstill, run by run; none where it only scatters.
+pub type Shaken = BTreeMap<String, Vec<f64>>;
+
+/// Finds them: that of a vibration which the machine states, else lines that stand out, of the position at the standstills of
+/// a run, or of what the machine's twin leaves of the whole run if that explains most of the scatter at standstill as well.
 ///
 /// # Model
-/// Least squares of a sine on the position of all standstills of a run together, mean and trend of each taken out (Lomb's
-/// periodogram with gaps). An ordinate counts as a line where it stands out from the median of those on either side.
+/// Least squares of a sine on all stretches together, mean and trend of each taken out (Lomb's periodogram with gaps). An
+/// ordinate counts as a line where it stands out from the median of those on either side.
 ///
 /// # Source
 /// Lomb (1976), *Least-squares frequency analysis of unequally spaced data*.
-pub fn frequencies(experiment: &Experiment) -> Vec<f64> {
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub fn frequencies(machine: &Machine, experiments: &[&Experiment]) -> Result<Shaken> {
+    let of_run = |experiment: &&Experiment| {
+        let found = lines(machine, experiment)?;
+        Ok((experiment.run().name().to_owned(), found))
+    };
+    experiments.par_iter().map(of_run).collect()
+}
+
+fn lines(machine: &Machine, experiment: &Experiment) -> Result<Vec<f64>> {
+    if let Some(stated) = &machine.description().effect.external_vibration {
+        return Ok(vec![stated.frequency_hz]);
+    }
     let run = experiment.run();
     let Some(position) = run.signal(Signal::Position).filter(|_| run.instants_s().is_none()) else {
-        return Vec::new();
+        return Ok(Vec::new());
     };
     let stretches: Vec<Range<usize>> = settled(experiment).into_iter().filter(|s| s.len() >= 20).collect();
-    let period_s = run.sample_period_s();
-    let mut still = Still::of(position, &stretches, period_s);
-    let mut found = Vec::new();
-    while found.len() < MOST_LINES {
-        let Some(frequency) = still.line() else { break };
-        still.take_out(frequency);
-        found.push(frequency);
+    if stretches.is_empty() {
+        return Ok(Vec::new());
     }
-    found
+    let period_s = run.sample_period_s();
+    let still = Still::of(position, &stretches, period_s);
+    let found = still.clone().lines();
+    if !found.is_empty() {
+        return Ok(found);
+    }
+    // Standstills too short to tell a frequency: the whole run does, where the twin predicts the rest of its motion.
+    let predicted = experiment.predict(machine, Sensing::Perfect)?;
+    let left: Vec<f64> = position.iter().zip(&predicted.position).map(|(m, p)| m - p).collect();
+    let whole = 0..position.len();
+    let mut all = Still::of(&left, std::slice::from_ref(&whole), period_s).lines();
+    all.retain(|frequency| still.is_mostly(*frequency));
+    Ok(all)
 }
 
 /// Samples without the sines of these frequencies, their mean and trend kept; as they are where they are too few.
@@ -74,6 +109,7 @@ pub fn without(samples: &[f64], frequencies: &[f64], period_s: f64) -> Vec<f64> 
 }
 
 /// Position at the standstills of a run, mean and trend of each taken out.
+#[derive(Clone)]
 struct Still {
     /// Times of the samples in s, standstill by standstill.
     times: Vec<Vec<f64>>,
@@ -84,15 +120,40 @@ struct Still {
 
 impl Still {
     fn of(position: &[f64], stretches: &[Range<usize>], period_s: f64) -> Self {
-        let times = stretches.iter().map(|s| s.clone().map(|k| k as f64 * period_s).collect()).collect();
-        let rests = stretches.iter().map(|s| levelled(&position[s.clone()])).collect();
+        let every = ((1.0 / (ENOUGH_HZ * period_s)) as usize).max(1);
+        let mean = |part: &[f64]| part.iter().sum::<f64>() / part.len() as f64;
+        let starts =
+            |s: &Range<usize>| s.clone().step_by(every).filter(|k| k + every <= position.len()).collect();
+        let starts: Vec<Vec<usize>> = stretches.iter().map(starts).collect();
+        let middle = 0.5 * (every - 1) as f64;
+        let times =
+            starts.iter().map(|s| s.iter().map(|&k| (k as f64 + middle) * period_s).collect()).collect();
+        let thinned = |s: &Vec<usize>| s.iter().map(|&k| mean(&position[k..k + every])).collect::<Vec<f64>>();
+        let rests = starts.iter().map(|s| levelled(&thinned(s))).collect();
         let length_s = stretches.iter().map(|s| s.len() as f64 * period_s).sum();
-        Self { times, rests, length_s, period_s }
+        Self { times, rests, length_s, period_s: every as f64 * period_s }
+    }
+
+    /// The lines that stand out, strongest first.
+    fn lines(mut self) -> Vec<f64> {
+        let mut found = Vec::new();
+        while found.len() < MOST_LINES {
+            let Some(frequency) = self.line() else { break };
+            self.take_out(frequency);
+            found.push(frequency);
+        }
+        found
+    }
+
+    /// Whether a sine of this frequency explains most of the scatter.
+    fn is_mostly(&self, frequency: f64) -> bool {
+        let all: f64 = self.rests.iter().flatten().map(|x| x * x).sum();
+        self.fit(frequency).is_some_and(|(gain, _)| gain > MOST * all)
     }
 
     /// The strongest line that stands out.
     fn line(&self) -> Option<f64> {
-        let (from, to) = (LEAST_PERIODS / self.length_s, HIGHEST / self.period_s);
+        let (from, to) = (LEAST_PERIODS / self.length_s, HIGHEST_HZ.min(HIGHEST / self.period_s));
         let step = 1.0 / (OVERSAMPLING as f64 * self.length_s);
         let count = (((to - from) / step).max(0.0) as usize).min(MOST_FREQUENCIES);
         let gains: Vec<f64> =
@@ -111,7 +172,8 @@ impl Still {
         let around = below.into_iter().chain(above).reduce(f64::max)?;
         // The median of an exponential distribution is ln 2 of its mean.
         let mean = around / std::f64::consts::LN_2;
-        (gains[best] > STANDS_OUT * mean && gains[best] > 0.0).then(|| self.refined(from + best as f64 * step, step))
+        (gains[best] > STANDS_OUT * mean && gains[best] > 0.0)
+            .then(|| self.refined(from + best as f64 * step, step))
     }
 
     /// The frequency near one of the grid that explains most.
