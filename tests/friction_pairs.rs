@@ -1,0 +1,121 @@
+//! Features of dry friction in pairs, with each other and with what acts beside friction: all named, nothing else, with their sizes.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
+
+mod strokes;
+
+use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::effect::EffectId;
+use slideway::machine::Machine;
+use slideway::recording::Role;
+use std::collections::BTreeSet;
+use std::path::Path;
+use strokes::Strokes;
+
+/// Stroke (m), feed (m/min) and role of each run.
+const CELLS: [(f64, f64, Role); 4] = [
+    (0.04, 16.0, Role::Training),
+    (0.05, 4.0, Role::Training),
+    (0.04, 8.0, Role::HeldOut),
+    (0.05, 16.0, Role::HeldOut),
+];
+
+/// An effect by its keys; the first one is that by which its size is checked.
+type Hidden = (&'static str, &'static [(&'static str, f64)]);
+
+const COULOMB: Hidden = ("coulomb_friction", &[("force_n", 15.0)]);
+/// Features that modify it or stand beside it.
+const FEATURES: [Hidden; 5] = [
+    ("asymmetric_friction", &[("viscous_asymmetry", -0.15), ("coulomb_asymmetry", 0.3)]),
+    ("stribeck_friction", &[("peak_ratio", 1.6), ("stribeck_velocity_m_per_s", 0.01)]),
+    ("presliding", &[("stiffness_n_per_m", 2e6), ("damping_n_s_per_m", 800.0)]),
+    ("local_friction", &[("force_n", 8.0), ("centre_m", 0.02), ("width_m", 0.015)]),
+    ("friction_drift", &[("rate_per_s", 0.05)]),
+];
+/// What else acts.
+const OTHERS: [Hidden; 4] = [
+    ("payload", &[("mass_kg", 6.0)]),
+    ("amplifier_offset", &[("offset_v", 0.1)]),
+    ("loop_delay", &[("delay_s", 4e-4)]),
+    ("cogging", &[("sine_n", 8.0), ("period_m", 0.012), ("cosine_n", 0.0)]),
+];
+
+/// Friction with its features, what else is hidden, and what could stand for one of them; the whole catalogue takes several times
+/// as long.
+const CATALOGUE: [EffectId; 14] = [
+    EffectId::CoulombFriction,
+    EffectId::ViscousFriction,
+    EffectId::AsymmetricFriction,
+    EffectId::StribeckFriction,
+    EffectId::Presliding,
+    EffectId::LocalFriction,
+    EffectId::FrictionDrift,
+    EffectId::ConstantForce,
+    EffectId::CableSpring,
+    EffectId::Payload,
+    EffectId::AmplifierOffset,
+    EffectId::LoopDelay,
+    EffectId::DeadZone,
+    EffectId::Cogging,
+];
+
+/// Sizes are found within this share.
+const WITHIN: f64 = 0.05;
+
+fn machine() -> Machine {
+    Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap()
+}
+
+fn run_diagnosis(hidden: &[Hidden], seed: u64) -> Diagnosis {
+    let settings: Vec<(String, toml::Value)> = hidden
+        .iter()
+        .flat_map(|(effect, keys)| {
+            keys.iter().map(move |(key, value)| (format!("effect.{effect}.{key}"), (*value).into()))
+        })
+        .collect();
+    let stated = machine();
+    let real =
+        stated.with_settings(settings.iter().map(|(key, value)| (key.as_str(), value.clone()))).unwrap();
+    let recording = Strokes::both_ways(&stated, &real, seed).recording(&CELLS);
+    diagnose(&stated, &recording, &Options { catalogue: &CATALOGUE, ..Options::default() }).unwrap()
+}
+
+/// What is wrong with the answer, if anything.
+fn fault(pair: [Hidden; 2], seed: u64) -> Option<String> {
+    let hidden = [COULOMB, pair[0], pair[1]];
+    let d = run_diagnosis(&hidden, seed);
+    let named: BTreeSet<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    println!(
+        "{} + {}: {:?} {named:?} G {:.1} -> {:.2}",
+        pair[0].0, pair[1].0, d.verdict, d.gap.before, d.gap.after
+    );
+    let asked: BTreeSet<&str> = hidden.iter().map(|(effect, _)| *effect).collect();
+    if named != asked || d.verdict != Verdict::Cause {
+        return Some(format!("{} + {}: {:?} {named:?}", pair[0].0, pair[1].0, d.verdict));
+    }
+    hidden.iter().find_map(|(effect, keys)| {
+        let (key, value) = keys[0];
+        let cause = d.causes.iter().find(|cause| cause.effect == *effect)?;
+        // A phase far from the zero of position hangs on the pitch: of what repeats, the amplitude counts.
+        let found = match cause.amplitudes.get(&key.replace("sine", "amplitude")) {
+            Some(amplitude) => amplitude.value,
+            None => cause.parameters[key].value,
+        };
+        let off = (found / value - 1.0).abs();
+        (off > WITHIN).then(|| format!("{} + {}: {effect}.{key} = {found}", pair[0].0, pair[1].0))
+    })
+}
+
+#[test]
+fn ref_features_of_friction_are_named_beside_each_other() {
+    let pairs =
+        (0..FEATURES.len()).flat_map(|a| (a + 1..FEATURES.len()).map(move |b| [FEATURES[a], FEATURES[b]]));
+    let faults: Vec<String> = pairs.zip(0..).filter_map(|(pair, seed)| fault(pair, seed)).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+}
+
+#[test]
+fn ref_features_of_friction_are_named_beside_payload_offset_delay_and_cogging() {
+    let pairs = FEATURES.iter().flat_map(|feature| OTHERS.iter().map(|other| [*feature, *other]));
+    let faults: Vec<String> = pairs.zip(100..).filter_map(|(pair, seed)| fault(pair, seed)).collect();
+    assert!(faults.is_empty(), "{faults:#?}");
+}
