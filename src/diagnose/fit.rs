@@ -164,17 +164,25 @@ pub fn fit(
         Some(values) => vec![inside(hypothesis, values)],
         None => promising(&objective)?,
     };
-    let mut best: Option<(f64, Vec<f64>)> = None;
+    let mut best: Option<(f64, Arrived)> = None;
     for start in starts {
-        let values = descend(&objective, start, care)?;
-        let residuals = objective.residuals(&values)?;
-        let size = objective.size(&residuals);
+        let arrived = descend(&objective, start, care)?;
+        let size = objective.size(&arrived.residuals);
         if best.as_ref().is_none_or(|(least, _)| size < *least) {
-            best = Some((size, values));
+            best = Some((size, arrived));
         }
     }
-    let values = best.map(|(_, values)| values).unwrap_or_default();
-    finish(&objective, values, care)
+    let arrived = match best {
+        Some((_, arrived)) => arrived,
+        None => Arrived { values: Vec::new(), residuals: objective.residuals(&[])? },
+    };
+    finish(&objective, arrived, care)
+}
+
+/// Where a descent ended: values, and the residuals there.
+struct Arrived {
+    values: Vec<f64>,
+    residuals: DVector<f64>,
 }
 
 /// Of several starts, those whose replays come closest.
@@ -194,12 +202,12 @@ fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
     hypothesis.free.iter().zip(values).map(|(free, v)| v.clamp(free.range.0, free.range.1)).collect()
 }
 
-fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Vec<f64>> {
+fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Arrived> {
     let free = &objective.hypothesis.free;
     let mut residuals = objective.residuals(&values)?;
     let mut damping = FIRST_DAMPING;
     if free.is_empty() {
-        return Ok(values);
+        return Ok(Arrived { values, residuals });
     }
     for _ in 0..care.iterations() {
         let weights = objective.weights(&residuals);
@@ -242,7 +250,7 @@ fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Ve
             break;
         }
     }
-    Ok(values)
+    Ok(Arrived { values, residuals })
 }
 
 /// Values after a damped step: numbers that it would take out of their range go to its edge, and the others make the
@@ -299,8 +307,7 @@ fn damped_step(
 /// Blocks of consecutive samples for the sandwich, over all runs together at least.
 const BLOCKS: usize = 40;
 
-fn finish(objective: &Objective, values: Vec<f64>, care: Care) -> Result<Fit> {
-    let residuals = objective.residuals(&values)?;
+fn finish(objective: &Objective, Arrived { values, residuals }: Arrived, care: Care) -> Result<Fit> {
     let jacobian = objective.jacobian(&values, &residuals, care.known())?;
     let count = values.len();
     let weights = objective.weights(&residuals);
