@@ -35,8 +35,9 @@
 //!
 //! # Where something new goes
 //! **A new effect** (a law that a real machine follows and a twin may leave out) is one file in [`effect`]
-//! that implements [`effect::Law`], and one line in that module's catalogue. Machine files, fits, diagnosis and
-//! reports pick it up; its parameters are key paths such as `effect.coulomb_friction.force_n`.
+//! that implements [`effect::Law`], one line in that module's catalogue, and one [`diagnose::estimate::Estimate`]:
+//! where a fit begins. The compiler demands all three. Machine files, fits, diagnosis and reports pick it up; its
+//! parameters are key paths such as `effect.coulomb_friction.force_n`.
 //!
 //! **A new controller** is one file in [`controller`] and one variant of [`controller::Controller`]. The struct
 //! is its own configuration, read from `[controller]` in the machine file; what it remembers between samples

@@ -193,7 +193,7 @@ impl Experiment {
     }
 
     /// The machine, stated or fitted, as it was set in this run: known numbers of effects on top of fitted ones, and a
-    /// vibration with the phase that suits the run ([`phase`](super::phase)).
+    /// vibration with the phase that suits the run.
     ///
     /// # Errors
     /// A setting of the run that the machine does not have.

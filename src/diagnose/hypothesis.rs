@@ -1,5 +1,6 @@
 //! A hypothesis: which effects the twin lacks, and the numbers that a fit may choose.
 
+use super::estimate::is_cumulative;
 use super::proposals::Proposals;
 use crate::effect::{EffectId, Nominal};
 use crate::error::Result;
@@ -161,7 +162,7 @@ fn proposed(
     let mut values = proposal.starts.clone();
     if machine.description().effect.contains(effect) {
         // Screening sees what is missing; where the twin has some of these already, that comes on top.
-        if effect.is_cumulative() {
+        if is_cumulative(effect) {
             values.iter_mut().for_each(|start| start[0] += neutral[0]);
         }
         // What the twin has may have changed in size only.

@@ -8,6 +8,7 @@ pub mod check;
 pub mod compare;
 mod conclude;
 pub mod cut;
+pub mod estimate;
 pub mod evidence;
 pub mod experiment;
 pub mod fit;

@@ -1,10 +1,11 @@
 //! Motion read off a recorded run: smoothed velocity, acceleration, and the force that the twin lacks.
 
+use super::estimate::Screen;
+use super::estimate::screening::Series;
 use super::experiment::Experiment;
 use crate::base::BaseMotion;
 use crate::drive::motor::{Circuit, CircuitStep};
-use crate::effect::screening::Series;
-use crate::effect::{Constants, Screen};
+use crate::effect::Constants;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;

@@ -1,6 +1,7 @@
 //! Starting values and ranges for every effect, from one look at the motion.
 
-use crate::effect::{EffectId, Screen};
+use super::estimate::{self, Screen};
+use crate::effect::EffectId;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -22,9 +23,9 @@ impl Proposals {
     pub fn of(screen: &Screen, effects: impl IntoIterator<Item = EffectId>) -> Self {
         let effects: Vec<EffectId> = effects.into_iter().collect();
         let propose = |&effect: &EffectId| {
-            let ranges = effect.range(screen);
+            let ranges = estimate::range(effect, screen);
             let sound = |start: &Vec<f64>| start.iter().all(|value| value.is_finite());
-            let starts = effect.start(screen).into_iter().filter(sound).collect();
+            let starts = estimate::start(effect, screen).into_iter().filter(sound).collect();
             (effect, Proposal { starts, ranges })
         };
         Self(effects.par_iter().map(propose).collect())

@@ -1,12 +1,12 @@
 //! What is left of the gap, and what it looks like: in time, frequency, position and speed, and what it follows.
 
+use super::estimate::Screen;
+use super::estimate::periodogram::{Moment, pitches};
 use super::experiment::Experiment;
 use super::locate::locate;
 use super::motion;
 use super::noise::Floor;
 use super::verdict::{Band, Where};
-use crate::effect::Screen;
-use crate::effect::periodogram::{Moment, pitches};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::units::{Motion, engineering};

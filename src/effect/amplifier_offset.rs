@@ -2,7 +2,7 @@
 
 use super::law::infinite;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Offset of the amplifier: the voltage that it applies at zero command.
@@ -29,7 +29,6 @@ impl Law for AmplifierOffset {
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("offset_v", "V")];
     // Amplifiers are trimmed; weight and cables are not.
     const RARITY: f64 = 1.5;
-    const CUMULATIVE: bool = true;
 
     fn fault(&self) -> Option<String> {
         infinite("offset_v", self.offset_v)
@@ -41,14 +40,6 @@ impl Law for AmplifierOffset {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![0.0]
-    }
-
-    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
-        vec![vec![0.0]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(-screen.largest_voltage(), screen.largest_voltage())]
     }
 
     const STRETCH: Stretch = Stretch::Drive;

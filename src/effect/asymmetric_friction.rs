@@ -1,7 +1,7 @@
 //! Friction that differs between the two directions.
 
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// The guide's Coulomb and viscous friction differ between the two directions.
@@ -66,36 +66,6 @@ impl Law for AsymmetricFriction {
         vec![constants.friction.asymmetry, constants.friction.viscous_asymmetry]
     }
 
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let direction = screen.directions();
-        let half = |wanted: f64, column: &dyn Fn(usize) -> f64| -> Vec<f64> {
-            (0..direction.len()).map(|k| if direction[k] == wanted { column(k) } else { 0.0 }).collect()
-        };
-        let columns = [
-            screen.acceleration.clone(),
-            half(1.0, &|_| -1.0),
-            half(-1.0, &|_| 1.0),
-            half(1.0, &|k| -screen.velocity[k]),
-            half(-1.0, &|k| -screen.velocity[k]),
-        ];
-        let coulomb = screen.constants.as_ref().map_or(0.0, |c| c.friction.coulomb);
-        let share = |difference: f64, mean: f64| {
-            if mean > 0.0 { (0.5 * difference / mean).clamp(-MOST_START, MOST_START) } else { 0.0 }
-        };
-        let guess = match screen.regress(&columns).as_deref() {
-            Some([_, plus, minus, c_plus, c_minus]) => vec![
-                share(plus - minus, coulomb + 0.5 * (plus + minus)),
-                share(c_plus - c_minus, screen.viscous() + 0.5 * (c_plus + c_minus)),
-            ],
-            _ => vec![0.0, 0.0],
-        };
-        vec![guess]
-    }
-
-    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(-1.0, 1.0), (-1.0, 1.0)]
-    }
-
     const STRETCH: Stretch = Stretch::Mechanics;
 
     fn lacks(_constants: &Constants) -> Option<&'static str> {
@@ -126,6 +96,3 @@ impl Law for AsymmetricFriction {
 
     const NOMINAL: Option<Nominal> = None;
 }
-
-/// A fit starts inside of where one direction would be free of friction.
-const MOST_START: f64 = 0.9;

@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, negative};
 use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -46,24 +46,6 @@ impl Law for BackEmf {
             Circuit::Winding { back_emf, .. } => vec![back_emf],
             Circuit::Direct { .. } => vec![0.0],
         }
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let Some(constants) = &screen.constants else { return vec![vec![1.0]] };
-        let stated = Self::neutral(constants);
-        let Circuit::Winding { force_constant, .. } = constants.circuit else { return vec![stated] };
-        // At zero, where none is stated, a fit stands on the edge of what is possible and may not find away from it.
-        let more =
-            [1e-3, 1e-2, 1e-1].map(|share| stated.iter().map(|ke| ke + share * force_constant).collect());
-        std::iter::once(stated).chain(more).collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let most = match screen.constants.as_ref().map(|c| c.circuit) {
-            Some(Circuit::Winding { force_constant, .. }) => 3.0 * force_constant,
-            _ => 1.0,
-        };
-        vec![(0.0, most)]
     }
 
     const STRETCH: Stretch = Stretch::Drive;

@@ -1,9 +1,8 @@
 //! A base mode off its stated value.
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
-use super::resonance::resonances;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -61,25 +60,6 @@ impl Law for BaseModeShift {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![f64::NAN, 1.0, 1.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let modes = screen.constants.as_ref().map_or(&[][..], |c| c.modes.as_slice());
-        let numbered = || (1..).map(f64::from).zip(modes);
-        // Where the missing force rings, a mode may have come to stand; else a coarse grid.
-        let seen = resonances(screen, 1);
-        let rings = seen.iter().flat_map(|resonance| {
-            numbered().map(|(number, mode)| vec![number, resonance.frequency_hz / mode.frequency_hz(), 1.0])
-        });
-        let grid = numbered().flat_map(|(number, _)| {
-            [0.3, 0.45, 0.6, 0.85, 0.97, 1.15, 1.6, 2.5].map(|factor| vec![number, factor, 1.0])
-        });
-        rings.chain(grid).collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let count = screen.constants.as_ref().map_or(1, |c| c.modes.len().max(1));
-        vec![(1.0, count as f64), (0.2, 5.0), (0.1, 10.0)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

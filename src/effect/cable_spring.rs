@@ -2,7 +2,7 @@
 
 use super::law::{infinite, negative};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A spring to a point: a cable chain, bellows, a counterbalance.
@@ -46,31 +46,6 @@ impl Law for CableSpring {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![0.0, f64::NAN]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let (middle, travel) = (screen.middle(), screen.travel());
-        let ones = vec![1.0; screen.missing_force.len()];
-        let columns = [
-            screen.acceleration.clone(),
-            screen.velocity.clone(),
-            screen.directions(),
-            screen.position.clone(),
-            ones,
-        ];
-        let guess = match screen.regress(&columns).as_deref() {
-            Some([.., slope, constant]) if *slope < 0.0 => {
-                let centre = (-constant / slope).clamp(middle - 20.0 * travel, middle + 20.0 * travel);
-                vec![-slope, centre]
-            }
-            _ => vec![0.01 * screen.largest_force / travel, middle],
-        };
-        vec![guess]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let (middle, travel) = (screen.middle(), screen.travel());
-        vec![(0.0, 10.0 * screen.largest_force / travel), (middle - 30.0 * travel, middle + 30.0 * travel)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

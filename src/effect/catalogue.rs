@@ -55,11 +55,6 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::MAKES_NOISE,)+ }
             }
 
-            /// See [`Law::CUMULATIVE`].
-            pub fn is_cumulative(self) -> bool {
-                match self { $(Self::$law => <$law as Law>::CUMULATIVE,)+ }
-            }
-
             /// See [`Law::RARITY`].
             pub fn rarity(self) -> f64 {
                 match self { $(Self::$law => <$law as Law>::RARITY,)+ }
@@ -128,16 +123,6 @@ macro_rules! catalogue {
             /// Values of the parameters that leave the twin as its constants state it.
             pub fn neutral(self, constants: &Constants) -> Vec<f64> {
                 match self { $(Self::$law => <$law as Law>::neutral(constants),)+ }
-            }
-
-            /// Starting values of a fit, one set or several, from what screening found.
-            pub fn start(self, screen: &Screen) -> Vec<Vec<f64>> {
-                match self { $(Self::$law => <$law as Law>::start(screen),)+ }
-            }
-
-            /// The range in which a fit may look for each parameter.
-            pub fn range(self, screen: &Screen) -> Vec<(f64, f64)> {
-                match self { $(Self::$law => <$law as Law>::range(screen),)+ }
             }
         }
 

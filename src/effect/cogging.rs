@@ -1,10 +1,9 @@
 //! Cogging: a force that depends on position alone.
 
-use super::harmonics::{columns, wave};
+use super::harmonics::wave;
 use super::law::{infinite, not_positive};
-use super::periodogram::pitches;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Cogging (detent force): magnets and teeth attract each other, current or not.
@@ -66,16 +65,6 @@ impl Law for Cogging {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![f64::NAN, 0.0, 0.0, 0.0, 0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let found = pitches(screen, &screen.missing_force, |rate, m| columns(rate, m).to_vec(), 3);
-        found.into_iter().map(|pitch| [vec![pitch.period], pitch.coefficients].concat()).collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let force = screen.largest_force;
-        [vec![screen.period_range()], vec![(-force, force); 4]].concat()
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

@@ -2,7 +2,7 @@
 
 use super::law::infinite;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,6 @@ pub struct ConstantForce {
 impl Law for ConstantForce {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "a constant force";
-    const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] = &[Parameter::effort("force_n", "torque_nm")];
     const DOORS: &'static [Door] = &[Door::Push];
 
@@ -48,14 +47,6 @@ impl Law for ConstantForce {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        vec![vec![screen.four_coefficients().map_or(0.0, |[.., constant]| -constant)]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(-screen.largest_force, screen.largest_force)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

@@ -2,7 +2,7 @@
 
 use super::law::{negative, not_positive};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
@@ -21,9 +21,9 @@ pub(super) fn gain_is_absent(
 }
 
 /// One gain of the controller: its name and what it is, phrase, factors of position, velocity and integral gain with f in the
-/// place of its own, the fault of f, its parameter, its range, what shows it.
+/// place of its own, the fault of f, its parameter, what shows it.
 macro_rules! gain {
-    ($name:ident, $what:literal, $phrase:literal, |$f:ident| $factors:expr, $fault:ident, $parameter:expr, $range:expr, $shown_by:literal) => {
+    ($name:ident, $what:literal, $phrase:literal, |$f:ident| $factors:expr, $fault:ident, $parameter:expr, $shown_by:literal) => {
         #[doc = $what]
         ///
         /// # Model
@@ -62,14 +62,6 @@ macro_rules! gain {
                 vec![1.0]
             }
 
-            fn start(_screen: &Screen) -> Vec<Vec<f64>> {
-                vec![vec![1.0]]
-            }
-
-            fn range(_screen: &Screen) -> Vec<(f64, f64)> {
-                vec![$range]
-            }
-
             const STRETCH: Stretch = Stretch::Controller;
 
             fn lacks(constants: &Constants) -> Option<&'static str> {
@@ -104,7 +96,6 @@ gain!(
     |f| [f, 1.0, 1.0],
     not_positive,
     Parameter::same("factor", "1").positive(),
-    (0.05, 20.0),
     "Control effort beside the position error, in closed loop. Without a logged effort: following error at constant speed, and settling."
 );
 gain!(
@@ -115,7 +106,6 @@ gain!(
     |f| [1.0, f, 1.0],
     not_positive,
     Parameter::same("factor", "1").positive(),
-    (0.05, 20.0),
     "Control effort beside the velocity, in closed loop. Without a logged effort: overshoot, and damping of the settling."
 );
 gain!(
@@ -125,6 +115,5 @@ gain!(
     |f| [1.0, 1.0, f],
     negative,
     Parameter::same("factor", "1").not_negative(),
-    (0.0, 20.0),
     "Control effort that grows while an error lasts, in closed loop. Without a logged effort: settling after a stop."
 );

@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Coulomb (dry) friction of the guide.
@@ -49,14 +49,6 @@ impl Law for CoulombFriction {
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         vec![constants.friction.coulomb]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        vec![vec![screen.coulomb().max(0.0)]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.0, screen.largest_force)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

@@ -2,8 +2,8 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::{
-    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes,
-    Stretch, Unlike,
+    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
+    Unlike,
 };
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
@@ -66,11 +66,6 @@ impl CurrentLoop {
     }
 }
 
-/// Bandwidths from which a fit starts, as shares of the sample rate.
-const STARTS: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
-/// Bandwidths that a fit may come to, as shares of the sample rate.
-const RANGE: (f64, f64) = (1e-4, 10.0);
-
 impl Law for CurrentLoop {
     const SITE: Site = Site::Amplifier;
     const PHRASE: &'static str = "a current loop slower or faster than stated";
@@ -91,15 +86,6 @@ impl Law for CurrentLoop {
             }
             Circuit::Direct { .. } => vec![f64::INFINITY],
         }
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        STARTS.map(|share| vec![share / screen.sample_period_s()]).to_vec()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let rate = 1.0 / screen.sample_period_s();
-        vec![(RANGE.0 * rate, RANGE.1 * rate)]
     }
 
     const STRETCH: Stretch = Stretch::Drive;

@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead zone of the amplifier: commands below a threshold have no effect, larger ones lack it.
@@ -41,18 +41,6 @@ impl Law for DeadZone {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        // Beside a loop that hunts in its dead zone, a fit from a wide one may never come to a narrow one.
-        [3e-4, 1e-3, 3e-3, 0.01, 0.05, 0.2]
-            .iter()
-            .map(|share| vec![share * screen.largest_voltage()])
-            .collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.0, screen.largest_voltage())]
     }
 
     const STRETCH: Stretch = Stretch::Drive;

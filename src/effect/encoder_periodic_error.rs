@@ -1,9 +1,9 @@
 //! Periodic error of the encoder.
 
 use super::law::{infinite, not_positive};
-use super::reading_error::{error, inverse};
+use super::reading_error::error;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Error of the encoder that repeats along the axis: an eccentric disc, interpolation within a grating period.
@@ -53,15 +53,6 @@ impl Law for EncoderPeriodicError {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![f64::NAN, 0.0, 0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        inverse(screen)
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let most = 0.05 * screen.travel();
-        [vec![screen.period_range()], vec![(-most, most); 2]].concat()
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Readings in coarser steps than stated: lost interpolation, a wrong divider, a log with few digits.
@@ -42,16 +42,6 @@ impl Law for EncoderResolution {
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         vec![constants.encoder_step]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let stated = screen.constants.as_ref().map_or(0.0, |c| c.encoder_step);
-        // As fine as stated: nothing to explain, and a fit without a start is left out.
-        screen.reading_step.filter(|step| *step > 1.5 * stated).map(|step| vec![step]).into_iter().collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.0, screen.travel())]
     }
 
     const STRETCH: Stretch = Stretch::Rounding;

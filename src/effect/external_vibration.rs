@@ -2,10 +2,8 @@
 
 use super::law::{infinite, not_positive};
 use super::sizing::between;
-use super::spectrum::lines;
 use super::{
-    Absorbed, Constants, Door, Drawn, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes, Stretch,
-    Unlike,
+    Absorbed, Constants, Door, Drawn, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch, Unlike,
 };
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -45,12 +43,6 @@ pub struct ExternalVibration {
     pub phase_rad: f64,
 }
 
-/// Frequencies from which a fit starts at most.
-const STARTS: usize = 3;
-/// A fit looks for the frequency between so many periods over the longest run and this share of the sample rate.
-const LEAST_PERIODS: f64 = 2.0;
-const HIGHEST: f64 = 0.4;
-
 impl Law for ExternalVibration {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "vibration from outside";
@@ -71,21 +63,6 @@ impl Law for ExternalVibration {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![f64::NAN, 0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let lines = lines(screen, STARTS);
-        lines.into_iter().map(|line| vec![line.frequency_hz, line.amplitude]).collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let longest_s = screen
-            .runs
-            .iter()
-            .map(|run| run.velocity.len() as f64 * run.period_s)
-            .fold(screen.sample_period_s(), f64::max);
-        let frequency = (LEAST_PERIODS / longest_s, HIGHEST / screen.sample_period_s());
-        vec![frequency, (0.0, screen.largest_force)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

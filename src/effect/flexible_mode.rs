@@ -1,9 +1,8 @@
 //! A mode that the twin does not list.
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
-use super::resonance::resonances;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
-use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -59,21 +58,6 @@ impl Law for FlexibleMode {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![f64::NAN, f64::INFINITY, f64::NAN]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let nyquist = 0.5 / screen.sample_period_s();
-        let (least, most) = (0.1 * screen.moving_mass(), 1e3 * screen.moving_mass());
-        let seen =
-            resonances(screen, 4).into_iter().map(|r| vec![r.frequency_hz, r.mass.clamp(least, most), 0.03]);
-        // Above what the missing force passes, a coarse grid.
-        let beyond = (0..10).map(|k| 90.0 * 1.3_f64.powi(k)).filter(|frequency| *frequency < 0.7 * nyquist);
-        seen.chain(beyond.map(|frequency| vec![frequency, 8.0 * screen.moving_mass(), 0.03])).collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let (mass, nyquist) = (screen.moving_mass(), 0.5 / screen.sample_period_s());
-        vec![(1.0, 0.8 * nyquist), (0.05 * mass, 1e4 * mass), (1e-3, 0.7)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

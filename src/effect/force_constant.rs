@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
@@ -44,14 +44,6 @@ impl Law for ForceConstant {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![1.0]
-    }
-
-    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
-        vec![vec![1.0]]
-    }
-
-    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.2, 5.0)]
     }
 
     const STRETCH: Stretch = Stretch::MotorForce;

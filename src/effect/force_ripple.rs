@@ -1,10 +1,9 @@
 //! Force ripple: a force constant that depends on position.
 
-use super::harmonics::{columns, wave};
+use super::harmonics::wave;
 use super::law::{infinite, not_positive};
-use super::periodogram::pitches;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Force ripple: the motor's force constant varies along its magnets.
@@ -63,25 +62,6 @@ impl Law for ForceRipple {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![f64::NAN, 0.0, 0.0, 0.0, 0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let scaled = |rate: f64, m: super::periodogram::Moment| {
-            columns(rate, m).map(|column| column * m.drive_force).to_vec()
-        };
-        let found = pitches(screen, &screen.missing_drive_force, scaled, 3);
-        let bounded = |share: f64| share.clamp(-0.5, 0.5);
-        found
-            .into_iter()
-            .map(|pitch| {
-                let shares = pitch.coefficients.into_iter().map(bounded);
-                std::iter::once(pitch.period).chain(shares).collect()
-            })
-            .collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        [vec![screen.period_range()], vec![(-0.9, 0.9); 4]].concat()
     }
 
     const STRETCH: Stretch = Stretch::MotorForce;

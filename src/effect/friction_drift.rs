@@ -2,8 +2,8 @@
 
 use super::law::infinite;
 use super::{
-    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes,
-    Stretch, Unlike,
+    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
+    Unlike,
 };
 use serde::{Deserialize, Serialize};
 
@@ -30,14 +30,6 @@ pub struct FrictionDrift {
     pub rate_per_s: f64,
 }
 
-/// Growth over a session at most, as a multiple of the level at its beginning.
-const MOST_GROWTH: f64 = 10.0;
-
-/// The session's length in s.
-fn length_s(screen: &Screen) -> f64 {
-    screen.clock_s.iter().fold(f64::MIN_POSITIVE, |most, t| f64::max(most, *t))
-}
-
 impl Law for FrictionDrift {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "friction that drifts over the session";
@@ -54,26 +46,6 @@ impl Law for FrictionDrift {
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         vec![constants.friction.drift_per_s]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let direction = screen.directions();
-        let drifting: Vec<f64> = direction.iter().zip(&screen.clock_s).map(|(s, t)| s * t).collect();
-        let ones = vec![1.0; direction.len()];
-        let columns = [screen.acceleration.clone(), screen.velocity.clone(), direction, ones, drifting];
-        let (own, stated) =
-            screen.constants.as_ref().map_or((0.0, 0.0), |c| (c.friction.coulomb, c.friction.drift_per_s));
-        let rate = match screen.regress(&columns).as_deref() {
-            Some([_, _, sign, _, growth]) if own - sign > 0.0 => (own * stated - growth) / (own - sign),
-            _ => 0.0,
-        };
-        let length_s = length_s(screen);
-        vec![vec![rate.clamp(-0.9 / length_s, MOST_GROWTH / length_s)]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let length_s = length_s(screen);
-        vec![(-1.0 / length_s, MOST_GROWTH / length_s)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

@@ -2,7 +2,7 @@
 
 use super::{
     Absorbed, Cogging, Constants, Door, Drawn, EffectId, ForceRipple, Law, Likeness, Nominal, Parameter,
-    Scale, Screen, Site, Sizes, Stretch, Unlike,
+    Scale, Site, Sizes, Stretch, Unlike,
 };
 use serde::{Deserialize, Serialize};
 
@@ -50,14 +50,6 @@ macro_rules! further {
 
             fn neutral(constants: &Constants) -> Vec<f64> {
                 $law::neutral(constants)
-            }
-
-            fn start(screen: &Screen) -> Vec<Vec<f64>> {
-                $law::start(screen)
-            }
-
-            fn range(screen: &Screen) -> Vec<(f64, f64)> {
-                $law::range(screen)
             }
 
             const STRETCH: Stretch = <$law as Law>::STRETCH;

@@ -1,7 +1,7 @@
 //! What every law of the catalogue says of itself.
 
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Likeness, Screen, Stretch};
+use super::{Constants, EffectId, Likeness, Stretch};
 use crate::units::Motion;
 use serde::Serialize;
 
@@ -195,8 +195,7 @@ pub enum Door {
 pub trait Law: Sized {
     /// Where it sits on the signal path.
     const SITE: Site;
-    /// Its parameters, in the order of [`start`](Law::start), [`range`](Law::range) and
-    /// [`neutral`](Law::neutral).
+    /// Its parameters, in the order of [`neutral`](Law::neutral) and of all lists of their values.
     const PARAMETERS: &'static [Parameter];
     /// What it is, in a phrase that fits into "… causes 94 % of the gap".
     const PHRASE: &'static str;
@@ -215,9 +214,6 @@ pub trait Law: Sized {
     const MAKES_NOISE: bool = false;
     /// The doors that it overrides.
     const DOORS: &'static [Door] = &[];
-
-    /// Whether the first parameter found by screening comes on top of what the twin states already.
-    const CUMULATIVE: bool = false;
 
     /// What is wrong with the parameters, if anything.
     fn fault(&self) -> Option<String> {
@@ -260,12 +256,6 @@ pub trait Law: Sized {
 
     /// Parameter values that leave the twin as `constants` state it.
     fn neutral(constants: &Constants) -> Vec<f64>;
-
-    /// Starting values of a fit: one or several sets, from what screening found.
-    fn start(screen: &Screen) -> Vec<Vec<f64>>;
-
-    /// The range in which a fit may look for each parameter.
-    fn range(screen: &Screen) -> Vec<(f64, f64)>;
 
     /// Where it comes between signals that a log may hold.
     const STRETCH: Stretch;

@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, negative};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dry friction proportional to the loads of the four bearing sliders, or, on a machine without them, to what its transmission
@@ -49,19 +49,6 @@ impl Law for LoadDependentFriction {
         vec![constants.friction.load_coefficient]
     }
 
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        if !is_of_sliders(screen) {
-            return TRANSMISSION_STARTS.map(|coefficient| vec![coefficient]).to_vec();
-        }
-        let force = screen.four_coefficients().map_or(0.05 * screen.largest_force, |[_, _, sign, _]| -sign);
-        vec![vec![(force / weight(screen)).max(0.0)]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let most = if is_of_sliders(screen) { screen.largest_force / weight(screen) } else { SELF_LOCKING };
-        vec![(0.0, most)]
-    }
-
     const STRETCH: Stretch = Stretch::Mechanics;
 
     fn lacks(constants: &Constants) -> Option<&'static str> {
@@ -94,18 +81,4 @@ impl Law for LoadDependentFriction {
     }
 
     const NOMINAL: Option<Nominal> = None;
-}
-
-/// Losses from those of a good spur gear to those of a small many-staged one that is hardly driven back, to start a fit from.
-const TRANSMISSION_STARTS: [f64; 3] = [0.05, 0.2, 0.6];
-/// A transmission with this coefficient would hold any load by itself.
-const SELF_LOCKING: f64 = 1.0;
-
-fn is_of_sliders(screen: &Screen) -> bool {
-    screen.constants.as_ref().is_none_or(|constants| constants.has_slider_loads)
-}
-
-/// Weight of the moving part in N, to start a fit from.
-fn weight(screen: &Screen) -> f64 {
-    9.81 * screen.moving_mass()
 }

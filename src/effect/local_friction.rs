@@ -3,8 +3,8 @@
 use super::law::{infinite, not_positive};
 use super::sizing::between;
 use super::{
-    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes,
-    Stretch, Unlike,
+    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
+    Unlike,
 };
 use crate::guide::Local;
 use serde::{Deserialize, Serialize};
@@ -46,16 +46,6 @@ pub struct LocalFriction {
     pub width_m: f64,
 }
 
-/// Centres and widths tried along the travel, the widths as shares of it.
-const CENTRES: usize = 25;
-const WIDTHS: [f64; 4] = [0.1, 0.2, 0.4, 0.7];
-/// Starts of a fit.
-const STARTS: usize = 3;
-/// A spot that explains less than this share of what drag, friction and mass leave of the missing force is none to start from.
-const LEAST_SHARE: f64 = 0.02;
-/// Narrower than this share of the travel no fit looks.
-const NARROWEST: f64 = 5e-3;
-
 impl Law for LocalFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "friction of one place of the travel";
@@ -81,39 +71,6 @@ impl Law for LocalFriction {
             Some(Local { force, centre, width }) => vec![force, centre, width],
             None => vec![0.0, f64::NAN, f64::NAN],
         }
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let Some(beside) = screen.beside_base() else { return Vec::new() };
-        let (direction, travel) = (screen.directions(), screen.travel());
-        let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
-        for width in WIDTHS.map(|share| share * travel) {
-            for k in 0..CENTRES {
-                let centre = screen.middle() + ((k as f64 + 0.5) / CENTRES as f64 - 0.5) * travel;
-                let column = |k: usize| -direction[k] * Local::shape((screen.position[k] - centre) / width);
-                found.extend(beside.explain(column).map(|(force, gain)| (gain, vec![force, centre, width])));
-            }
-        }
-        found.retain(|(gain, _)| *gain > LEAST_SHARE * beside.left());
-        found.sort_by(|a, b| b.0.total_cmp(&a.0));
-        let mut starts: Vec<Vec<f64>> = Vec::new();
-        for (_, start) in found {
-            // One start a place: neighbours lead to the same minimum.
-            if starts.iter().all(|other| (other[1] - start[1]).abs() > 0.25 * (other[2] + start[2])) {
-                starts.push(start);
-            }
-            if starts.len() == STARTS {
-                break;
-            }
-        }
-        starts
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let (force, travel) = (screen.largest_force, screen.travel());
-        let half = 0.5 * travel;
-        let middle = screen.middle();
-        vec![(-force, force), (middle - half, middle + half), (NARROWEST * travel, 2.0 * travel)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead time between the controller's effort and the voltage at the motor, beyond what is stated.
@@ -39,16 +39,6 @@ impl Law for LoopDelay {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        // The sum of squares over a delay may have several minima: start on either side of a few periods.
-        let period = screen.sample_period_s();
-        vec![vec![0.5 * period], vec![3.5 * period]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.0, 30.0 * screen.sample_period_s())]
     }
 
     const STRETCH: Stretch = Stretch::Drive;

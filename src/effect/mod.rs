@@ -1,8 +1,14 @@
 //! The catalogue of effects: what a real machine does that its twin may leave out.
 //!
-//! Each effect is one law in one file, attached to one [`Site`] of the signal path. To add one, write the
-//! file and add its line to the `catalogue!` below: machine files, fits, diagnosis, blind trials, reports and `slideway effects`
-//! pick it up. What they need of it, [`Law`] demands.
+//! Each effect is one law in one file, attached to one [`Site`] of the signal path. To add one:
+//! - write the law's file here, which implements [`Law`]: what the effect does, and what machine files, blind trials, reports
+//!   and `slideway effects` need of it;
+//! - add its line to `every_law!` below;
+//! - implement [`Estimate`](crate::diagnose::estimate::Estimate) for it in `diagnose/estimate`: where a fit begins and how far it
+//!   looks.
+//!
+//! A line without a law or without an estimate does not compile. The physics, which the twin calls, knows nothing of estimation.
+//!
 //! An effect in a machine file is a table under its id, for instance
 //!
 //! ```toml
@@ -44,15 +50,11 @@ pub mod load_dependent_friction;
 pub mod local_friction;
 pub mod loop_delay;
 pub mod payload;
-pub mod periodogram;
 pub mod presliding;
 mod reading_error;
-mod resonance;
-pub mod screening;
 pub mod screw_error;
 pub mod sensor_scale;
 pub mod sizing;
-mod spectrum;
 pub mod stretch;
 pub mod stribeck_friction;
 pub mod velocity_feedforward;
@@ -91,7 +93,6 @@ pub use local_friction::LocalFriction;
 pub use loop_delay::LoopDelay;
 pub use payload::Payload;
 pub use presliding::Presliding;
-pub use screening::Screen;
 pub use screw_error::ScrewError;
 pub use sensor_scale::SensorScale;
 pub use sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
@@ -104,44 +105,53 @@ pub use voltage_saturation::VoltageSaturation;
 pub use winding_inductance::WindingInductance;
 pub use winding_resistance::WindingResistance;
 
-catalogue::catalogue! {
-    position_gain: PositionGain,
-    velocity_gain: VelocityGain,
-    integral_gain: IntegralGain,
-    velocity_feedforward: VelocityFeedforward,
-    loop_delay: LoopDelay,
-    voltage_saturation: VoltageSaturation,
-    dead_zone: DeadZone,
-    amplifier_offset: AmplifierOffset,
-    current_loop: CurrentLoop,
-    winding_resistance: WindingResistance,
-    winding_inductance: WindingInductance,
-    back_emf: BackEmf,
-    force_constant: ForceConstant,
-    force_ripple: ForceRipple,
-    second_force_ripple: SecondForceRipple,
-    cogging: Cogging,
-    second_cogging: SecondCogging,
-    third_cogging: ThirdCogging,
-    viscous_friction: ViscousFriction,
-    coulomb_friction: CoulombFriction,
-    asymmetric_friction: AsymmetricFriction,
-    stribeck_friction: StribeckFriction,
-    presliding: Presliding,
-    load_dependent_friction: LoadDependentFriction,
-    local_friction: LocalFriction,
-    friction_drift: FrictionDrift,
-    constant_force: ConstantForce,
-    cable_spring: CableSpring,
-    external_vibration: ExternalVibration,
-    payload: Payload,
-    base_mode_shift: BaseModeShift,
-    flexible_mode: FlexibleMode,
-    backlash: Backlash,
-    screw_error: ScrewError,
-    sensor_scale: SensorScale,
-    encoder_scale: EncoderScale,
-    encoder_periodic_error: EncoderPeriodicError,
-    encoder_resolution: EncoderResolution,
-    velocity_filter: VelocityFilter,
+/// Gives the lines of the catalogue, `id: Struct` in the order of the signal path, to a macro.
+macro_rules! every_law {
+    ($make:ident) => {
+        $make! {
+            position_gain: PositionGain,
+            velocity_gain: VelocityGain,
+            integral_gain: IntegralGain,
+            velocity_feedforward: VelocityFeedforward,
+            loop_delay: LoopDelay,
+            voltage_saturation: VoltageSaturation,
+            dead_zone: DeadZone,
+            amplifier_offset: AmplifierOffset,
+            current_loop: CurrentLoop,
+            winding_resistance: WindingResistance,
+            winding_inductance: WindingInductance,
+            back_emf: BackEmf,
+            force_constant: ForceConstant,
+            force_ripple: ForceRipple,
+            second_force_ripple: SecondForceRipple,
+            cogging: Cogging,
+            second_cogging: SecondCogging,
+            third_cogging: ThirdCogging,
+            viscous_friction: ViscousFriction,
+            coulomb_friction: CoulombFriction,
+            asymmetric_friction: AsymmetricFriction,
+            stribeck_friction: StribeckFriction,
+            presliding: Presliding,
+            load_dependent_friction: LoadDependentFriction,
+            local_friction: LocalFriction,
+            friction_drift: FrictionDrift,
+            constant_force: ConstantForce,
+            cable_spring: CableSpring,
+            external_vibration: ExternalVibration,
+            payload: Payload,
+            base_mode_shift: BaseModeShift,
+            flexible_mode: FlexibleMode,
+            backlash: Backlash,
+            screw_error: ScrewError,
+            sensor_scale: SensorScale,
+            encoder_scale: EncoderScale,
+            encoder_periodic_error: EncoderPeriodicError,
+            encoder_resolution: EncoderResolution,
+            velocity_filter: VelocityFilter,
+        }
+    };
 }
+pub(crate) use every_law;
+
+use catalogue::catalogue;
+every_law!(catalogue);

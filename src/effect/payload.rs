@@ -2,7 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Mass carried beside the solid model's: a workpiece, a fixture, coolant, or a model that weighs wrong.
@@ -54,7 +54,6 @@ impl Payload {
 impl Law for Payload {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a moving mass off its stated value";
-    const CUMULATIVE: bool = true;
     const PARAMETERS: &'static [Parameter] =
         &[Parameter::differing("mass_kg", "inertia_kg_m2", "kg", "kg·m²")];
 
@@ -82,18 +81,6 @@ impl Law for Payload {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        // The missing force contains −Δm·a.
-        let mass = screen.moving_mass();
-        let change = screen.four_coefficients().map_or(0.0, |[acceleration, ..]| -acceleration);
-        vec![vec![change.clamp(-0.8 * mass, 20.0 * mass)]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let mass = screen.moving_mass();
-        vec![(-0.9 * mass, 30.0 * mass)]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

@@ -2,7 +2,7 @@
 
 use super::law::{negative, not_positive};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::Bristle;
 use serde::{Deserialize, Serialize};
 
@@ -54,24 +54,6 @@ impl Law for Presliding {
         }
     }
 
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let force = screen.coulomb().clamp(1e-4 * screen.largest_force, screen.largest_force);
-        // Deflections from those of a stiff bearing, tenths of a micrometre in a decimetre, to a fifth of a motion.
-        [3e-6, 3e-5, 2e-4, 1e-3, 5e-3, 0.03, 0.2]
-            .iter()
-            .map(|share| {
-                let stiffness = force / (share * screen.travel());
-                vec![stiffness, 2.0 * DAMPING_RATIO * (stiffness * screen.moving_mass()).sqrt()]
-            })
-            .collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let stiffness = screen.largest_force / screen.travel();
-        let (least, most) = (1e-3 * stiffness, 1e6 * stiffness);
-        vec![(least, most), (0.0, 2.0 * MOST_DAMPING_RATIO * (most * screen.moving_mass()).sqrt())]
-    }
-
     const STRETCH: Stretch = Stretch::Mechanics;
 
     fn lacks(_constants: &Constants) -> Option<&'static str> {
@@ -100,8 +82,3 @@ impl Law for Presliding {
 
     const NOMINAL: Option<Nominal> = None;
 }
-
-/// Damping ratio of the moving part on its bristles, to start a fit from.
-const DAMPING_RATIO: f64 = 0.2;
-/// A fit looks for damping up to this ratio on the stiffest bristles.
-const MOST_DAMPING_RATIO: f64 = 2.0;

@@ -1,10 +1,9 @@
 //! Lead error of the drive train, periodic in position.
 
 use super::law::{LOAD_UNSEEN, infinite, not_positive};
-use super::periodogram::Pitch;
-use super::reading_error::{columns, error, inverse};
+use super::reading_error::error;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
@@ -69,26 +68,6 @@ impl Law for ScrewError {
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
         vec![f64::NAN, 0.0, 0.0, 0.0]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        if screen.load_difference.is_empty() {
-            return inverse(screen).into_iter().map(|start| [start, vec![0.0]].concat()).collect();
-        }
-        let found =
-            super::periodogram::pitches(screen, &screen.load_difference, |r, m| columns(r, m).to_vec(), 3);
-        // What only one flank does shows with half its size over both directions.
-        let flanks = [(0.0, 1.0), (1.0, 2.0), (-1.0, 2.0)];
-        let start = |pitch: &Pitch, (flank, share): (f64, f64)| {
-            let sizes = pitch.coefficients.iter().map(|size| share * size);
-            std::iter::once(pitch.period).chain(sizes).chain([flank]).collect()
-        };
-        found.iter().flat_map(|pitch| flanks.map(|flank| start(pitch, flank))).collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let most = 0.05 * screen.travel();
-        [vec![screen.period_range()], vec![(-most, most); 2], vec![(-1.0, 1.0)]].concat()
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

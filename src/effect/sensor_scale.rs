@@ -2,8 +2,8 @@
 
 use super::law::not_positive;
 use super::{
-    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Screen, Site, Sizes,
-    Stretch, Unlike,
+    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
+    Unlike,
 };
 use crate::sensor::LogScale;
 use serde::{Deserialize, Serialize};
@@ -54,14 +54,6 @@ impl Law for SensorScale {
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         vec![constants.log_scale.current, constants.log_scale.effort]
-    }
-
-    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
-        vec![vec![1.0, 1.0]]
-    }
-
-    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(1e-3, 1e3); 2]
     }
 
     const STRETCH: Stretch = Stretch::Log;

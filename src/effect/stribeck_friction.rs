@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
 
@@ -62,38 +62,6 @@ impl Law for StribeckFriction {
         }
     }
 
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let direction = screen.directions();
-        let own = screen.constants.as_ref().map_or(0.0, |c| c.friction.coulomb);
-        let fastest = screen.largest_speed();
-        [0.01, 0.03, 0.1, 0.3]
-            .into_iter()
-            .map(|share| {
-                let slow = share * fastest;
-                let decay: Vec<f64> = screen
-                    .velocity
-                    .iter()
-                    .zip(&direction)
-                    .map(|(v, s)| s * (-(v / slow).powi(2)).exp())
-                    .collect();
-                let ones = vec![1.0; decay.len()];
-                let columns =
-                    [screen.acceleration.clone(), screen.velocity.clone(), direction.clone(), ones, decay];
-                let (coulomb, excess) = match screen.regress(&columns).as_deref() {
-                    Some([_, _, sign, _, extra]) => (own - sign, -extra),
-                    _ => (own + 0.05 * screen.largest_force, 0.02 * screen.largest_force),
-                };
-                let coulomb = coulomb.clamp(1e-4 * screen.largest_force, screen.largest_force);
-                vec![1.0 + (excess / coulomb).clamp(LEAST_EXCESS, MOST_EXCESS), slow]
-            })
-            .collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let speed = screen.largest_speed();
-        vec![(1.0, HIGHEST_PEAK), (1e-3 * speed, speed)]
-    }
-
     const STRETCH: Stretch = Stretch::Mechanics;
 
     fn lacks(_constants: &Constants) -> Option<&'static str> {
@@ -120,9 +88,3 @@ impl Law for StribeckFriction {
 
     const NOMINAL: Option<Nominal> = None;
 }
-
-/// Stiction beyond Coulomb friction to start a fit from, as shares of it.
-const LEAST_EXCESS: f64 = 0.05;
-const MOST_EXCESS: f64 = 3.0;
-/// Stiction above so many times Coulomb friction is a Coulomb friction near zero.
-const HIGHEST_PEAK: f64 = 20.0;

@@ -3,7 +3,7 @@
 use super::controller_gain::gain_is_absent;
 use super::law::infinite;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
@@ -42,14 +42,6 @@ impl Law for VelocityFeedforward {
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         vec![constants.controller.as_ref().map_or(0.0, Controller::velocity_feedforward)]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        screen.constants.as_ref().map(Self::neutral).into_iter().collect()
-    }
-
-    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(-0.5, 1.5)]
     }
 
     const STRETCH: Stretch = Stretch::Controller;

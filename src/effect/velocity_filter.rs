@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A filter in the velocity estimate that is not the stated one.
@@ -37,16 +37,6 @@ impl Law for VelocityFilter {
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         vec![constants.velocity.time_constant_s()]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let period = screen.sample_period_s();
-        let own = screen.constants.as_ref().map_or(0.0, |c| c.velocity.time_constant_s());
-        vec![vec![own], vec![own + 2.0 * period], vec![own + 8.0 * period]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.0, 200.0 * screen.sample_period_s())]
     }
 
     const STRETCH: Stretch = Stretch::VelocityEstimate;

@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Viscous friction whose coefficient is not the stated one.
@@ -47,16 +47,6 @@ impl Law for ViscousFriction {
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         vec![constants.viscous]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        // The missing force contains −(c − c_stated)·v.
-        let change = screen.four_coefficients().map_or(0.0, |[_, velocity, ..]| -velocity);
-        vec![vec![(screen.viscous() + change).max(0.0)]]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.0, screen.viscous() + 3.0 * screen.largest_force / screen.largest_speed().max(1e-9))]
     }
 
     const STRETCH: Stretch = Stretch::Mechanics;

@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
-use super::{Constants, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A limit of the applied voltage below the stated one: a sagging supply, a limit set in the drive.
@@ -38,19 +38,6 @@ impl Law for VoltageSaturation {
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         vec![constants.amplifier.voltage_limit_v.unwrap_or(f64::INFINITY)]
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        // The gradient is zero above the largest voltage: start below it, at several depths. Only the tips of a few peaks may be
-        // clipped; or the effort that is logged winds up far beyond the limit.
-        [0.995, 0.98, 0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07]
-            .iter()
-            .map(|share| vec![share * screen.largest_voltage()])
-            .collect()
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        vec![(0.02 * screen.largest_voltage(), 1.02 * screen.largest_voltage())]
     }
 
     const STRETCH: Stretch = Stretch::Drive;

@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Screen, Site, Stretch};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -43,15 +43,6 @@ impl Law for WindingResistance {
             Circuit::Winding { resistance_ohm, .. } => vec![resistance_ohm],
             Circuit::Direct { .. } => vec![0.0],
         }
-    }
-
-    fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        vec![screen.constants.as_ref().map_or(vec![1.0], Self::neutral)]
-    }
-
-    fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let stated = screen.constants.as_ref().map_or(1.0, |c| Self::neutral(c)[0]);
-        vec![(0.2 * stated, 5.0 * stated)]
     }
 
     const STRETCH: Stretch = Stretch::Drive;

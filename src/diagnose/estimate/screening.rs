@@ -1,7 +1,7 @@
 //! What a fit knows before it starts: motion and missing force along the training runs.
 
-use super::Constants;
 use super::periodogram::orthonormal;
+use crate::effect::Constants;
 use crate::units::Motion;
 use nalgebra::{DMatrix, DVector};
 

@@ -1,0 +1,45 @@
+//! What the amplifier does to the voltage.
+
+use super::{Estimate, Screen};
+use crate::effect::{AmplifierOffset, DeadZone, VoltageSaturation};
+
+impl Estimate for VoltageSaturation {
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        // The gradient is zero above the largest voltage: start below it, at several depths. Only the tips of a few peaks may be
+        // clipped; or the effort that is logged winds up far beyond the limit.
+        [0.995, 0.98, 0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07]
+            .iter()
+            .map(|share| vec![share * screen.largest_voltage()])
+            .collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.02 * screen.largest_voltage(), 1.02 * screen.largest_voltage())]
+    }
+}
+
+impl Estimate for DeadZone {
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        // Beside a loop that hunts in its dead zone, a fit from a wide one may never come to a narrow one.
+        [3e-4, 1e-3, 3e-3, 0.01, 0.05, 0.2]
+            .iter()
+            .map(|share| vec![share * screen.largest_voltage()])
+            .collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.0, screen.largest_voltage())]
+    }
+}
+
+impl Estimate for AmplifierOffset {
+    const CUMULATIVE: bool = true;
+
+    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(-screen.largest_voltage(), screen.largest_voltage())]
+    }
+}
