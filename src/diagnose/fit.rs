@@ -7,6 +7,7 @@ use super::objective::Objective;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
+use crate::recording::Signal;
 use nalgebra::{DMatrix, DVector};
 
 /// A fitted hypothesis.
@@ -185,17 +186,27 @@ struct Arrived {
     residuals: DVector<f64>,
 }
 
-/// Of several starts, those whose replays come closest.
+/// Of several starts, those whose replays come closest to the run that goes farthest: it passes every place that the others do.
 fn promising(objective: &Objective) -> Result<Vec<Vec<f64>>> {
     let starts: Vec<Vec<f64>> =
         objective.hypothesis.starts.iter().map(|start| inside(objective.hypothesis, start)).collect();
     if starts.len() <= DESCENTS {
         return Ok(starts);
     }
-    let sizes: Vec<f64> = objective.residuals_of(&starts)?.iter().map(|r| objective.size(r)).collect();
+    let farthest = objective.experiments.iter().max_by(|a, b| travel(a).total_cmp(&travel(b)));
+    let ranked = Objective { experiments: farthest.map_or(&[][..], std::slice::from_ref), ..*objective };
+    let sizes: Vec<f64> = ranked.residuals_of(&starts)?.iter().map(|r| ranked.size(r)).collect();
     let mut sized: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
     sized.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(sized.into_iter().take(DESCENTS).map(|(_, start)| start).collect())
+}
+
+/// How far a run goes, in m or rad.
+fn travel(experiment: &Experiment) -> f64 {
+    let position = experiment.run().signal(Signal::Position).unwrap_or_default();
+    let (low, high) =
+        position.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
+    high - low
 }
 
 fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {

@@ -96,7 +96,9 @@ impl Search<'_> {
             let sensitivities = Sensitivities::of(self.machine, fit, self.training, &self.floors.common)?;
             let screen = motion::screen(self.training, &machine)?;
             let effects = self.catalogue.iter().copied();
-            let others = effects.filter(|e| !fit.hypothesis.effects.contains(e));
+            let set = &fit.hypothesis.effects;
+            let may_come = |e: &EffectId| !e.follows() || has_modified(self.machine, *e, set);
+            let others = effects.filter(|e| !set.contains(e) && may_come(e));
             let proposals = Proposals::of(&screen, others);
             found.bases.insert(index, Base { sensitivities, proposals });
         }
