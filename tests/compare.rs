@@ -12,9 +12,10 @@ use std::path::Path;
 use strokes::Strokes;
 
 const COULOMB: &str = "effect.coulomb_friction.force_n";
-/// Enough to go wrong with: friction, mass, delay and their rivals.
-const CATALOGUE: [EffectId; 6] = [
+/// Enough to go wrong with: friction, mass, delay and their rivals, a dead zone among them, which is as good as friction.
+const CATALOGUE: [EffectId; 7] = [
     EffectId::LoopDelay,
+    EffectId::DeadZone,
     EffectId::ViscousFriction,
     EffectId::CoulombFriction,
     EffectId::AsymmetricFriction,

@@ -12,7 +12,7 @@ use std::path::Path;
 use strokes::Strokes;
 
 /// Stroke (m), feed (m/min) and role of each run.
-const CELLS: [(f64, f64, Role); 4] = [
+const CELLS: [strokes::Cell; 4] = [
     (0.04, 16.0, Role::Training),
     (0.05, 4.0, Role::Training),
     (0.04, 8.0, Role::HeldOut),
@@ -65,7 +65,7 @@ fn machine() -> Machine {
     Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap()
 }
 
-fn run_diagnosis(hidden: &[Hidden], seed: u64) -> Diagnosis {
+fn run_diagnosis(hidden: &[Hidden], cells: &[strokes::Cell], seed: u64) -> Diagnosis {
     let settings: Vec<(String, toml::Value)> = hidden
         .iter()
         .flat_map(|(effect, keys)| {
@@ -75,14 +75,14 @@ fn run_diagnosis(hidden: &[Hidden], seed: u64) -> Diagnosis {
     let stated = machine();
     let real =
         stated.with_settings(settings.iter().map(|(key, value)| (key.as_str(), value.clone()))).unwrap();
-    let recording = Strokes::both_ways(&stated, &real, seed).recording(&CELLS);
+    let recording = Strokes::both_ways(&stated, &real, seed).recording(cells);
     diagnose(&stated, &recording, &Options { catalogue: &CATALOGUE, ..Options::default() }).unwrap()
 }
 
 /// What is wrong with the answer, if anything.
 fn fault(pair: [Hidden; 2], seed: u64) -> Option<String> {
     let hidden = [COULOMB, pair[0], pair[1]];
-    let d = run_diagnosis(&hidden, seed);
+    let d = run_diagnosis(&hidden, &CELLS, seed);
     let named: BTreeSet<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
     println!(
         "{} + {}: {:?} {named:?} G {:.1} -> {:.2}",
@@ -124,6 +124,29 @@ fn ref_features_of_friction_are_named_in_pairs() {
     ];
     let faults = faults(&pairs);
     assert!(faults.is_empty(), "{faults:#?}");
+}
+
+/// A pitch that most strokes do not reach twice: 5 N of cogging every 37 mm on strokes of 20 to 50 mm.
+#[test]
+fn ref_cogging_of_a_long_pitch_is_named_with_amplitude_and_pitch() {
+    const LONG: [strokes::Cell; 5] = [
+        (0.02, 4.0, Role::Training),
+        (0.05, 8.0, Role::Training),
+        (0.035, 16.0, Role::Training),
+        (0.03, 8.0, Role::HeldOut),
+        (0.045, 12.0, Role::HeldOut),
+    ];
+    let cogging: Hidden = ("cogging", &[("sine_n", 4.0), ("cosine_n", 3.0), ("period_m", 0.037)]);
+    let d = run_diagnosis(&[COULOMB, FEATURES[2], cogging], &LONG, 200);
+    let named: BTreeSet<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    println!("long pitch: {:?} {named:?} G {:.1} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
+    assert_eq!(named, BTreeSet::from(["coulomb_friction", "presliding", "cogging"]));
+    let cause = d.causes.iter().find(|cause| cause.effect == "cogging").unwrap();
+    let (pitch, amplitude) = (cause.parameters["period_m"].value, cause.amplitudes["amplitude_n"].value);
+    assert!(
+        (pitch / 0.037 - 1.0).abs() < 0.02 && (amplitude / 5.0 - 1.0).abs() < 0.05,
+        "{pitch} m, {amplitude} N"
+    );
 }
 
 /// All thirty: `cargo test --release --test friction_pairs -- --ignored --nocapture`.

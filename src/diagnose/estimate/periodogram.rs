@@ -222,6 +222,28 @@ mod tests {
         assert!((best.coefficients[0] - 3.0).abs() < 0.8, "{best:?}");
     }
 
+    /// A pitch that the machine's file states is tried first, whatever stands out; one that the travel has too little of is not.
+    #[test]
+    fn exact_stated_pitches_come_first() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let folders = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let machines = folders.filter_map(|folder| crate::machine::Machine::read(&folder).ok());
+        let machine = machines.into_iter().find(|m| m.motion() == crate::units::Motion::Prismatic).unwrap();
+        let pitch = |stated: f64| machine.with_settings([("motor.magnet_pitch_m", stated.into())]).unwrap();
+        let screen = |stated: f64| Screen {
+            position: (0..1000).map(|k| k as f64 * 1e-4).collect(),
+            velocity: vec![0.1; 1000],
+            acceleration: (0..1000).map(|k| (k as f64 * 0.01).sin()).collect(),
+            constants: Some(pitch(stated).constants()),
+            ..Screen::default()
+        };
+        let target: Vec<f64> = (0..1000).map(|k| (TAU * k as f64 * 1e-4 / 0.008).sin()).collect();
+        let columns = |rate: f64, m: Moment| vec![(rate * m.position).sin(), (rate * m.position).cos()];
+        let first = |stated: f64| pitches(&screen(stated), &target, columns, 1)[0].period;
+        assert!((first(0.03) - 0.03).abs() < 1e-15);
+        assert!((first(1.0) / 0.008 - 1.0).abs() < 0.03);
+    }
+
     /// A force that comes half a sample late leaves much in ramps, and nothing at an even pace; where no pace is even, every
     /// moving sample serves.
     #[test]
