@@ -74,7 +74,7 @@ const fn equal(hidden: &'static str, parameter: &'static str, equals: &'static [
     Case { hidden, parameter, within: 0.05, equals }
 }
 
-const DRIVE: [Case; 18] = [
+const DRIVE: [Case; 17] = [
     case("position_gain factor=1.1", "factor", 0.01),
     case("velocity_gain factor=0.9", "factor", 0.01),
     case("integral_gain factor=1.2", "factor", 0.01),
@@ -92,11 +92,6 @@ const DRIVE: [Case; 18] = [
     case("current_loop bandwidth_hz=20", "bandwidth_hz", 0.01),
     case(
         "force_ripple period_m=0.012 sine=0.03 cosine=0.01 & second_force_ripple period_m=0.008 sine=0.02 cosine=0",
-        "period_m",
-        0.01,
-    ),
-    case(
-        "cogging period_m=0.012 sine_n=8 cosine_n=0 & second_cogging period_m=0.008 sine_n=5 cosine_n=0",
         "period_m",
         0.01,
     ),
@@ -240,36 +235,29 @@ fn ref_each_effect_of_guide_structure_and_sensor_is_named_with_its_size() {
 #[test]
 fn exact_every_effect_of_the_catalogue_has_its_case() {
     for effect in EffectId::ALL {
-        let has = |case: &Case| settings(case.hidden).0 == effect.name();
+        let has = |case: &Case| {
+            settings(case.hidden).0 == effect.name() || modified(case.hidden).contains(&effect.name())
+        };
         assert!(DRIVE.iter().chain(&MECHANICS).any(has), "{}", effect.name());
     }
 }
 
-/// Refusals: sizes that leave no trace in the data are not named.
+/// Refusals: sizes that leave no trace in the data are not named, several of them at once.
 #[test]
 fn ref_effects_that_the_data_do_not_excite_are_not_named() {
     let hidden = [
-        "position_gain factor=1.000001",
-        "voltage_saturation limit_v=30",
-        "dead_zone half_width_v=1e-7",
-        "amplifier_offset offset_v=1e-7",
-        "back_emf back_emf_v_s_per_m=1e-5",
-        "force_ripple period_m=0.012 sine=1e-7 cosine=0",
-        "cogging period_m=0.012 sine_n=1e-4 cosine_n=0",
-        "coulomb_friction force_n=5e-5 & stribeck_friction peak_ratio=2 stribeck_velocity_m_per_s=0.01",
-        "coulomb_friction force_n=1e-4 & presliding stiffness_n_per_m=1e5",
-        "load_dependent_friction coefficient=1e-7",
-        "local_friction force_n=1e-4 centre_m=0.02 width_m=0.015",
+        "position_gain factor=1.000001 & voltage_saturation limit_v=30 & dead_zone half_width_v=1e-7 & \
+         amplifier_offset offset_v=1e-7 & back_emf back_emf_v_s_per_m=1e-5 & \
+         force_ripple period_m=0.012 sine=1e-7 cosine=0 & cogging period_m=0.012 sine_n=1e-4 cosine_n=0",
+        "coulomb_friction force_n=5e-5 & stribeck_friction peak_ratio=2 stribeck_velocity_m_per_s=0.01 & \
+         presliding stiffness_n_per_m=1e5 & load_dependent_friction coefficient=1e-7 & \
+         local_friction force_n=1e-4 centre_m=0.02 width_m=0.015 & cable_spring stiffness_n_per_m=1e-3 centre_m=0.02 & \
+         friction_drift rate_per_s=0.1",
         "external_vibration frequency_hz=17 force_n=1e-4",
-        "sensor_scale current=1.000001",
+        "flexible_mode frequency_hz=45 mass_kg=1e7 damping_ratio=0.03 & backlash width_m=1e-10 & \
+         screw_error period_m=0.01 sine_m=1e-10 cosine_m=0 & encoder_scale factor=1.0000001 & \
+         encoder_resolution resolution_m=1e-9 & velocity_filter time_constant_s=0.5e-3 & sensor_scale current=1.000001",
         "current_loop bandwidth_hz=25.8602",
-        "cable_spring stiffness_n_per_m=1e-3 centre_m=0.02",
-        "flexible_mode frequency_hz=45 mass_kg=1e7 damping_ratio=0.03",
-        "backlash width_m=1e-10",
-        "screw_error period_m=0.01 sine_m=1e-10 cosine_m=0",
-        "encoder_scale factor=1.0000001",
-        "encoder_resolution resolution_m=1e-9",
-        "velocity_filter time_constant_s=0.5e-3",
     ];
     for (seed, hidden) in hidden.iter().enumerate() {
         let d = run_diagnosis(&settings(hidden).1, 100 + seed as u64);

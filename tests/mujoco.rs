@@ -699,3 +699,34 @@ fn exact_a_drive_that_is_not_finite_shows_until_the_axis_is_placed() {
     }
     assert!(!Path::new("MUJOCO_LOG.TXT").exists());
 }
+
+/// Every feature of dry friction at once, against steps eight times finer: a tenth of the encoder's noise.
+#[test]
+fn exact_friction_converges_in_the_step() {
+    let features = [
+        ("coulomb_friction.force_n", 12.0),
+        ("load_dependent_friction.coefficient", 0.005),
+        ("asymmetric_friction.coulomb_asymmetry", 0.2),
+        ("asymmetric_friction.viscous_asymmetry", -0.2),
+        ("stribeck_friction.peak_ratio", 1.8),
+        ("stribeck_friction.stribeck_velocity_m_per_s", 4e-3),
+        ("presliding.stiffness_n_per_m", 2e6),
+        ("presliding.damping_n_s_per_m", 600.0),
+        ("local_friction.force_n", 6.0),
+        ("local_friction.centre_m", 0.012),
+        ("local_friction.width_m", 0.01),
+        ("friction_drift.rate_per_s", 0.1),
+    ];
+    let keys: Vec<(String, toml::Value)> =
+        features.iter().map(|(key, value)| (format!("effect.{key}"), (*value).into())).collect();
+    let machine = shipped("grinder")
+        .with_settings(keys.iter().map(|(key, value)| (key.as_str(), value.clone())))
+        .unwrap();
+    let reference = reference(&machine, Stroke::metres_at_metres_per_minute(0.02, 4.0).unwrap());
+    let [coarse, fine] = [1.0, 8.0].map(|division| {
+        let rig = MujocoRig::with_step(&machine, STEP_S / division, Integrator::RungeKutta).unwrap();
+        on(&machine, rig, &reference)
+    });
+    let error = rms(&coarse.position, &fine.position);
+    assert!(error < 3e-9, "{error:e} m");
+}
