@@ -47,12 +47,10 @@ impl Effects {
             None => write!(screen.out, "{}", effect_list(style()))?,
             Some(named) => {
                 // A further pitch is in the group of the first one, which has a sheet of its own.
-                let own = EffectId::ALL.iter().filter(|effect| effect.name() == named.0);
-                let group = EffectId::ALL.iter().filter(|effect| effect.group() == Some(named.0.as_str()));
-                let meant: Vec<&EffectId> = own.collect();
-                let meant = if meant.is_empty() { group.collect() } else { meant };
+                let own = EffectId::ALL.iter().find(|effect| effect.name() == named.0);
+                let group = EffectId::ALL.iter().filter(|effect| own.is_none() && named.holds(**effect));
                 let sheets: Vec<String> =
-                    meant.iter().map(|effect| effect_sheet(**effect, style())).collect();
+                    own.into_iter().chain(group).map(|effect| effect_sheet(*effect, style())).collect();
                 write!(screen.out, "{}", sheets.join("\n"))?;
             }
         }

@@ -15,7 +15,7 @@ use indicatif::ProgressBar;
 use rayon::prelude::*;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
-use slideway::recording::{Existing, Format, Recording, Role, Run};
+use slideway::recording::{Existing, Format, Recording, Role, Run, one_after_another};
 use slideway::replay::recording::recorded;
 use slideway::replay::{
     Cell, Commands, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, planned_reference,
@@ -225,11 +225,12 @@ impl Replay {
                 plans.push(self.plan(machine, cell, repeat)?);
             }
         }
-        let mut now_s = 0.0;
-        for plan in &mut plans {
-            plan.begins_s = now_s;
-            now_s += plan.reference.len() as f64 * machine.description().sample_period_s;
-        }
+        let period_s = machine.description().sample_period_s;
+        let lengths_s: Vec<f64> = plans.iter().map(|plan| plan.reference.len() as f64 * period_s).collect();
+        plans
+            .iter_mut()
+            .zip(one_after_another(lengths_s))
+            .for_each(|(plan, begins_s)| plan.begins_s = begins_s);
         Ok(plans)
     }
 

@@ -186,7 +186,8 @@ struct Arrived {
     residuals: DVector<f64>,
 }
 
-/// Of several starts, those whose replays come closest to the run that goes farthest: it passes every place that the others do.
+/// Of several starts, those whose replays come closest. One run ranks them, the one that goes farthest and so passes the most places;
+/// the descents from the best of them see all runs.
 fn promising(objective: &Objective) -> Result<Vec<Vec<f64>>> {
     let starts: Vec<Vec<f64>> =
         objective.hypothesis.starts.iter().map(|start| inside(objective.hypothesis, start)).collect();

@@ -23,6 +23,7 @@ pub mod motion;
 pub mod next_experiment;
 pub mod noise;
 pub mod objective;
+mod ordinates;
 mod phase;
 pub mod proposals;
 pub mod prove;

@@ -23,7 +23,7 @@ use std::f64::consts::TAU;
 /// One steady frequency below half the sample rate, the same in all runs, at standstill too.
 ///
 /// # Source
-/// Rivin (2003), *Passive Vibration Isolation*, section 1.
+/// Rivin (2003), *Passive Vibration Isolation*.
 ///
 /// ```
 /// use slideway::effect::{ExternalVibration, Law};
@@ -73,7 +73,7 @@ impl Law for ExternalVibration {
 
     const EQUATION: &'static str = "F = A·sin(2π·f·t + φ)";
     const SYMBOLS: &'static [&'static str] = &["f", "A"];
-    const SOURCE: &'static str = "Rivin (2003), Passive Vibration Isolation, section 1";
+    const SOURCE: &'static str = "Rivin (2003), Passive Vibration Isolation";
     const SHOWN_BY: &'static str = "A line in the spectrum, at standstill as well as in motion, whatever the axis does: record a second of standstill.";
     const EXAMPLE: &'static [f64] = &[25.0, 3.0];
     const CONFUSABLE: &'static [Likeness] = &[];

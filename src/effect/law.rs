@@ -199,7 +199,7 @@ pub trait Law: Sized {
     const PARAMETERS: &'static [Parameter];
     /// What it is, in a phrase that fits into "… causes 94 % of the gap".
     const PHRASE: &'static str;
-    /// Of a feature of friction: the effects of which it modifies one or several. Without any of them it does nothing, and is
+    /// Of a feature: the effects of which it modifies one or several. Without any of them it does nothing, and is
     /// neither stated nor looked for.
     const MODIFIES: &'static [EffectId] = &[];
     /// Of a feature: whether it is looked for only beside what it modifies, once that has been found.

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Position-dependent friction of ball-screw and linear guides: Altintas, Verl, Brecher, Uriarte, Pritschow (2011), *Machine
-/// tool feed drives*, CIRP Annals 60/2, section 4.
+/// tool feed drives*, CIRP Annals 60/2.
 ///
 /// ```
 /// use slideway::guide::Local;
@@ -81,7 +81,8 @@ impl Law for LocalFriction {
 
     const EQUATION: &'static str = "local(x) = F_l·½·(1 + cos(2π·(x − x_l)/w))   for |x − x_l| < w/2, else 0";
     const SYMBOLS: &'static [&'static str] = &["F_l", "x_l", "w"];
-    const SOURCE: &'static str = "Altintas, Verl, Brecher, Uriarte, Pritschow (2011), Machine tool feed drives, CIRP Annals 60/2, section 4";
+    const SOURCE: &'static str =
+        "Altintas, Verl, Brecher, Uriarte, Pritschow (2011), Machine tool feed drives, CIRP Annals 60/2";
     const SHOWN_BY: &'static str = "Force that changes sign with direction at one place of the travel only: slow strokes both ways over all of it.";
     const EXAMPLE: &'static [f64] = &[8.0, 0.05, 0.02];
     const CONFUSABLE: &'static [Likeness] =

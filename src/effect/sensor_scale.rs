@@ -5,6 +5,7 @@ use super::{
     Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
     Unlike,
 };
+use crate::recording::Signal;
 use crate::sensor::LogScale;
 use serde::{Deserialize, Serialize};
 
@@ -68,8 +69,14 @@ impl Law for SensorScale {
     const SHOWN_BY: &'static str =
         "Current and effort that do not belong together, while the motion does what it should: log both.";
     const EXAMPLE: &'static [f64] = &[0.5, 1.0];
-    const CONFUSABLE: &'static [Likeness] =
-        &[Likeness::similar(EffectId::ForceConstant, "where a logged current drives the replay")];
+    const CONFUSABLE: &'static [Likeness] = &[Likeness::equal(
+        EffectId::ForceConstant,
+        "where a logged current drives the replay",
+        |constants, logged| {
+            let unseen = [Signal::ControlEffort, Signal::Thrust].iter().all(|s| !logged.contains(s));
+            constants.controller.is_none() && logged.contains(&Signal::Current) && unseen
+        },
+    )];
 
     fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         Sizes::new((1e-4, 0.6), move |s| vec![1.0 + drawn.sign * s, 1.0])

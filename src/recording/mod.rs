@@ -57,7 +57,7 @@ use sha2::{Digest, Sha256};
 pub use columns::Conversion;
 pub use plausibility::{Finding, plausibility};
 pub use run::{FEEDFORWARD_KEY, Role, Run};
-pub use session::BEGIN_KEY;
+pub use session::{BEGIN_KEY, one_after_another};
 pub use signal::{Signal, TIME_KEY};
 pub use split::{HeldOutRuns, SplitRule, TrainingRuns};
 pub use timing::{PeriodSource, Timing};

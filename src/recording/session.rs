@@ -30,12 +30,14 @@ pub(super) fn place(runs: &mut [Run]) -> Result<()> {
         runs.iter_mut().for_each(|run| run.begins_s = run.start_s - first);
         return Ok(());
     }
-    let mut now = 0.0;
-    for run in runs {
-        run.begins_s = now;
-        now += run.duration_s() + run.sample_period_s();
-    }
+    let lengths_s: Vec<f64> = runs.iter().map(|run| run.duration_s() + run.sample_period_s()).collect();
+    runs.iter_mut().zip(one_after_another(lengths_s)).for_each(|(run, begins_s)| run.begins_s = begins_s);
     Ok(())
+}
+
+/// When each of several runs begins that follow one another from time 0, from their lengths in s.
+pub fn one_after_another(lengths_s: impl IntoIterator<Item = f64>) -> impl Iterator<Item = f64> {
+    lengths_s.into_iter().scan(0.0, |now_s, length_s| Some(std::mem::replace(now_s, *now_s + length_s)))
 }
 
 /// Whether the time stamps of the runs lie side by side on one clock.

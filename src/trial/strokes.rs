@@ -2,7 +2,7 @@
 
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
-use crate::recording::Role;
+use crate::recording::{Role, one_after_another};
 use crate::replay::{Motion, Stroke};
 use crate::units;
 use rand::RngExt;
@@ -109,11 +109,10 @@ pub fn draw(machine: &Machine, random: &mut StdRng) -> Result<Vec<Strokes>> {
             begins_s: 0.0,
         });
     }
-    let mut now_s = 0.0;
-    for run in &mut runs {
-        run.begins_s = now_s;
-        now_s += run.reference(machine).len() as f64 * machine.description().sample_period_s;
-    }
+    let period_s = machine.description().sample_period_s;
+    let length_s = |run: &Strokes| run.reference(machine).len() as f64 * period_s;
+    let lengths_s: Vec<f64> = runs.iter().map(length_s).collect();
+    runs.iter_mut().zip(one_after_another(lengths_s)).for_each(|(run, begins_s)| run.begins_s = begins_s);
     Ok(runs)
 }
 

@@ -207,23 +207,11 @@ impl Laws {
         if constant == [0.0; 2] && self.drag == 0.0 {
             return StepForce::ZERO;
         }
-        match &self.dry.bristle {
-            Some(bristle) if constant != [0.0; 2] => {
-                let level = |direction: f64, speed: f64| self.dry.level(direction, speed) + loaded;
-                let (force, end) =
-                    bristle.step(*bristle_force, coast, step_s, Sliding { level, drag: self.drag });
-                *bristle_force = end;
-                force
-            }
-            _ if self.varies() => friction(coast, step_s, |direction, speed| {
-                self.dry.level(direction, speed) + loaded + direction * self.drag * speed
-            }),
-            _ => friction(
-                coast,
-                step_s,
-                |direction, _| if direction > 0.0 { constant[0] } else { constant[1] },
-            ),
+        if self.varies() || (self.dry.bristle.is_some() && constant != [0.0; 2]) {
+            let level = |direction: f64, speed: f64| self.dry.level(direction, speed) + loaded;
+            return self.slide(coast, step_s, bristle_force, level, constant);
         }
+        friction(coast, step_s, |direction, _| if direction > 0.0 { constant[0] } else { constant[1] })
     }
 
     /// The same where the level depends on place or time, taken in the middle of the step.
@@ -234,8 +222,23 @@ impl Laws {
         let level = |direction: f64, speed: f64| {
             self.dry.level_at(self.dry.level(direction, speed) + loaded, place, time_s)
         };
+        let at_rest = [1.0, -1.0].map(|direction| level(direction, 0.0));
+        self.slide(coast, step_s, bristle_force, level, at_rest)
+    }
+
+    /// Friction of a level by direction and speed over a step: behind the bristles, where there are any and something to deflect
+    /// them.
+    #[inline]
+    fn slide(
+        &self,
+        coast: Coast,
+        step_s: f64,
+        bristle_force: &mut f64,
+        level: impl Fn(f64, f64) -> f64,
+        at_rest: [f64; 2],
+    ) -> StepForce {
         match &self.dry.bristle {
-            Some(bristle) if level(1.0, 0.0) > 0.0 || level(-1.0, 0.0) > 0.0 => {
+            Some(bristle) if at_rest != [0.0; 2] => {
                 let (force, end) =
                     bristle.step(*bristle_force, coast, step_s, Sliding { level, drag: self.drag });
                 *bristle_force = end;

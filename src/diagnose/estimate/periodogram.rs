@@ -1,6 +1,7 @@
 //! Pitches that are not known beforehand: a periodogram over position.
 
 use super::Screen;
+use super::screening::Base;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
@@ -35,7 +36,7 @@ const OVERSAMPLING: f64 = 5.0;
 /// Samples used at most.
 const MOST_SAMPLES: usize = 2500;
 /// The smoothing of the missing force passes changes up to about this frequency, in Hz.
-const PASSED_HZ: f64 = 80.0;
+pub(super) const PASSED_HZ: f64 = 80.0;
 /// Pitches are harmonics of each other within this share.
 const SAME_PITCH: f64 = 0.1;
 /// Share of what a pitch explains that its harmonic must explain to stand for it.
@@ -97,7 +98,7 @@ pub fn pitches(
 
 struct Grid {
     moments: Vec<Moment>,
-    base: DMatrix<f64>,
+    base: Base,
     /// Target with the base taken out.
     rest: DVector<f64>,
     frequencies: Vec<f64>,
@@ -121,15 +122,10 @@ impl Grid {
                 drive_force: force(k),
             })
             .collect();
-        let base = DMatrix::from_fn(moments.len(), 4, |row, column| match column {
-            0 => moments[row].acceleration,
-            1 => moments[row].velocity,
-            2 => moments[row].velocity.signum(),
-            _ => 1.0,
-        });
-        let base = orthonormal(base);
+        let motion = moments.iter().map(|m| [m.acceleration, m.velocity, m.velocity.signum()]);
+        let base = Base::of(&motion.collect::<Vec<_>>());
         let wanted = DVector::from_iterator(chosen.len(), chosen.iter().map(|&k| target[k]));
-        let rest = &wanted - &base * (base.transpose() * &wanted);
+        let rest = base.rest_of(&wanted);
         let frequencies = frequencies(&moments, screen.longest_pitch())?;
         Some(Self { moments, base, rest, frequencies })
     }
@@ -139,7 +135,7 @@ impl Grid {
         let rows: Vec<Vec<f64>> = self.moments.iter().map(|m| columns(rate, *m)).collect();
         let width = rows.first()?.len();
         let matrix = DMatrix::from_fn(rows.len(), width, |r, c| rows[r][c]);
-        let matrix = &matrix - &self.base * (self.base.transpose() * &matrix);
+        let matrix = self.base.rest_of_each(&matrix);
         let gram = matrix.transpose() * &matrix;
         let size = gram.diagonal().max();
         let right = matrix.transpose() * &self.rest;

@@ -195,15 +195,10 @@ impl Screen {
         if moving.len() < 50 {
             return None;
         }
-        let base = DMatrix::from_fn(moving.len(), 4, |row, column| match column {
-            0 => self.acceleration[moving[row]],
-            1 => self.velocity[moving[row]],
-            2 => direction[moving[row]],
-            _ => 1.0,
-        });
-        let base = orthonormal(base);
+        let motion = moving.iter().map(|&k| [self.acceleration[k], self.velocity[k], direction[k]]);
+        let base = Base::of(&motion.collect::<Vec<_>>());
         let wanted = DVector::from_iterator(moving.len(), moving.iter().map(|&k| self.missing_force[k]));
-        let rest = &wanted - &base * (base.transpose() * &wanted);
+        let rest = base.rest_of(&wanted);
         Some(Beside { moving, base, rest })
     }
 
@@ -215,10 +210,31 @@ impl Screen {
     }
 }
 
+/// What every start needs beside what it looks for: acceleration, velocity, direction of motion and a constant.
+pub(super) struct Base(DMatrix<f64>);
+
+impl Base {
+    /// That of samples with these accelerations, velocities and directions.
+    pub fn of(motion: &[[f64; 3]]) -> Self {
+        let column = |row: usize, column: usize| motion[row].get(column).copied().unwrap_or(1.0);
+        Self(orthonormal(DMatrix::from_fn(motion.len(), 4, column)))
+    }
+
+    /// What it leaves of a column.
+    pub fn rest_of(&self, column: &DVector<f64>) -> DVector<f64> {
+        column - &self.0 * (self.0.transpose() * column)
+    }
+
+    /// What it leaves of each column of a matrix.
+    pub fn rest_of_each(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
+        columns - &self.0 * (self.0.transpose() * columns)
+    }
+}
+
 /// The missing force of the moving samples beside what every start needs: what single columns explain of it.
 pub struct Beside {
     moving: Vec<usize>,
-    base: DMatrix<f64>,
+    base: Base,
     rest: DVector<f64>,
 }
 
@@ -231,7 +247,7 @@ impl Beside {
     /// Coefficient of a column, given by sample, and the sum of squares that it explains beyond the base.
     pub fn explain(&self, column: impl Fn(usize) -> f64) -> Option<(f64, f64)> {
         let column = DVector::from_iterator(self.moving.len(), self.moving.iter().map(|&k| column(k)));
-        let own = &column - &self.base * (self.base.transpose() * &column);
+        let own = self.base.rest_of(&column);
         let size = own.norm_squared();
         // A column that the base all but explains has no coefficient of its own.
         let is_own = size > LEAST_OWN * column.norm_squared();

@@ -1,7 +1,10 @@
 //! Lines in the spectrum of the missing force: what acts in time and not along the travel.
 
 use super::Screen;
-use nalgebra::{DMatrix, DVector};
+use super::periodogram::PASSED_HZ;
+use super::screening::{Base, Series};
+use crate::diagnose::ordinates::around;
+use nalgebra::DVector;
 use std::f64::consts::TAU;
 
 /// A line: a frequency and the amplitude of the force there.
@@ -13,8 +16,6 @@ pub struct Line {
     pub amplitude: f64,
 }
 
-/// The smoothing of the missing force passes changes up to about this frequency, in Hz.
-const PASSED_HZ: f64 = 80.0;
 /// Frequencies lie this part of one over the longest run apart.
 const OVERSAMPLING: f64 = 4.0;
 /// Fewer periods over a run are a trend.
@@ -56,8 +57,13 @@ pub fn lines(screen: &Screen, most: usize) -> Vec<Line> {
         let around = k.saturating_sub(width)..(k + width + 1).min(count);
         around.into_iter().all(|j| power[j].1 <= power[k].1)
     };
+    let totals: Vec<f64> = power.iter().map(|(_, total)| *total).collect();
+    let stands_out = |k: usize| {
+        let around = around(&totals, k, [2 * width, (2 + NEIGHBOURS) * width], 1);
+        around.is_none_or(|around| totals[k] > STANDS_OUT * around)
+    };
     let mut peaks: Vec<(f64, f64)> =
-        (0..count).filter(|&k| is_peak(k) && stands_out(&power, k, width)).map(|k| power[k]).collect();
+        (0..count).filter(|&k| is_peak(k) && stands_out(k)).map(|k| power[k]).collect();
     peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
     // A sine of amplitude A over N samples has |Σ y·e^(−iωt)|² = (N·A/2)², and power() gives that over N.
     let amplitude = |total: f64| 2.0 * (total / samples as f64).sqrt();
@@ -68,24 +74,14 @@ pub fn lines(screen: &Screen, most: usize) -> Vec<Line> {
         .collect()
 }
 
-/// Whether a peak has several times the power of its neighbours on both sides: what repeats with the motion has none so narrow.
-fn stands_out(power: &[(f64, f64)], peak: usize, width: usize) -> bool {
-    let median = |range: std::ops::Range<usize>| {
-        let mut own: Vec<f64> = power[range].iter().map(|(_, total)| *total).collect();
-        let middle = own.len() / 2;
-        (!own.is_empty()).then(|| *own.select_nth_unstable_by(middle, f64::total_cmp).1)
-    };
-    let (near, far) = (2 * width, 8 * width);
-    let below = median(peak.saturating_sub(far)..peak.saturating_sub(near));
-    let above = median((peak + near).min(power.len())..(peak + far).min(power.len()));
-    below.into_iter().chain(above).all(|around| power[peak].1 > STANDS_OUT * around)
-}
-
-/// A line has so many times the power of its neighbours.
+/// A line has so many times the median power of its neighbours on both sides, some six times their mean: enough to start a fit from,
+/// which decides. What repeats with the motion has no line so narrow.
 const STANDS_OUT: f64 = 8.0;
+/// Neighbours on either side, in ordinates one over the longest run apart.
+const NEIGHBOURS: usize = 6;
 
 /// What the base leaves of a run's missing force, thinned, with its sample period.
-fn rest(screen: &Screen, run: &super::screening::Series) -> Option<(f64, Vec<f64>)> {
+fn rest(screen: &Screen, run: &Series) -> Option<(f64, Vec<f64>)> {
     let every = run.missing_force.len().div_ceil(MOST_SAMPLES).max(1);
     // What is thinned beyond the band that the smoothing passes would fold into it.
     let every = every.min((0.25 / (PASSED_HZ * run.period_s)).max(1.0) as usize);
@@ -94,19 +90,11 @@ fn rest(screen: &Screen, run: &super::screening::Series) -> Option<(f64, Vec<f64
         return None;
     }
     let still = 0.02 * screen.largest_speed();
-    let base = DMatrix::from_fn(chosen.len(), 4, |row, column| {
-        let (k, v) = (chosen[row], run.velocity[chosen[row]]);
-        match column {
-            0 => run.acceleration[k],
-            1 => v,
-            2 if v.abs() > still => v.signum(),
-            2 => 0.0,
-            _ => 1.0,
-        }
-    });
-    let base = super::periodogram::orthonormal(base);
-    let wanted = DVector::from_iterator(chosen.len(), chosen.iter().map(|&k| run.missing_force[k]));
-    let rest = &wanted - &base * (base.transpose() * &wanted);
+    let direction = |v: f64| if v.abs() > still { v.signum() } else { 0.0 };
+    let motion = chosen.iter().map(|&k| [run.acceleration[k], run.velocity[k], direction(run.velocity[k])]);
+    let base = Base::of(&motion.collect::<Vec<_>>());
+    let rest =
+        base.rest_of(&DVector::from_iterator(chosen.len(), chosen.iter().map(|&k| run.missing_force[k])));
     Some((every as f64 * run.period_s, rest.iter().copied().collect()))
 }
 
@@ -124,7 +112,6 @@ fn power(samples: &[f64], cycles: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::screening::Series;
     use super::*;
 
     #[test]

@@ -2,6 +2,7 @@
 
 use super::dwell::settled;
 use crate::diagnose::experiment::Experiment;
+use crate::diagnose::ordinates::around;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -161,15 +162,7 @@ impl Still {
         let best = (0..count).max_by(|&a, &b| gains[a].total_cmp(&gains[b]))?;
         // The line's own ordinates, wider where standstills have gaps between them, are not its neighbours.
         let (near, far) = (2 * OVERSAMPLING, (2 + NEIGHBOURS) * OVERSAMPLING);
-        let median = |range: Range<usize>| {
-            let mut own = gains[range].to_vec();
-            let middle = own.len() / 2;
-            (own.len() >= OVERSAMPLING * NEIGHBOURS / 3)
-                .then(|| *own.select_nth_unstable_by(middle, f64::total_cmp).1)
-        };
-        let below = median(best.saturating_sub(far)..best.saturating_sub(near));
-        let above = median((best + near).min(count)..(best + far).min(count));
-        let around = below.into_iter().chain(above).reduce(f64::max)?;
+        let around = around(&gains, best, [near, far], OVERSAMPLING * NEIGHBOURS / 3)?;
         // The median of an exponential distribution is ln 2 of its mean.
         let mean = around / std::f64::consts::LN_2;
         (gains[best] > STANDS_OUT * mean && gains[best] > 0.0)
