@@ -431,7 +431,7 @@ fn hidden(effect: EffectId, gap: f64) -> HiddenEffect {
         EffectId::ForceConstant => vec![EffectId::EncoderScale],
         _ => Vec::new(),
     };
-    HiddenEffect { effect, parameters, gap, equals }
+    HiddenEffect { effect, parameters, planned: true, gap, equals }
 }
 
 fn truth(case: usize, tier: Tier, effects: &[EffectId]) -> TrueCase {
@@ -444,7 +444,10 @@ fn truth(case: usize, tier: Tier, effects: &[EffectId]) -> TrueCase {
         runs: Vec::new(),
         struck: Vec::new(),
         missing: Vec::new(),
+        stated: Vec::new(),
+        before: Vec::new(),
         gap: 20.0,
+        integration_error: 0.0,
     }
 }
 

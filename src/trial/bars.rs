@@ -65,7 +65,7 @@ pub fn bars(summaries: &[Summary]) -> Vec<Bar> {
             }
             Tier::Pair => rate("both named", s.all_named, BOTH_NAMED, false),
             Tier::Outside => rate("flagged unknown or undecided", s.flagged, FLAGGED, false),
-            Tier::Poor | Tier::Missing => {}
+            Tier::Triple | Tier::Poor | Tier::Missing | Tier::Change => {}
         }
         if s.tier == Tier::Single {
             rate("predicted within ±0.1 of achieved", s.predicted_within, PREDICTED, false);

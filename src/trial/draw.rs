@@ -127,13 +127,20 @@ fn attempt(
     Ok(Outcome::Drawn(Box::new(TrueCase {
         case: 0,
         tier: planned.tier,
-        effects: bases.iter().chain(&sized).map(|one| hidden(one, &real, logged)).collect(),
+        effects: bases
+            .iter()
+            .map(|one| hidden(one, &real, logged, false))
+            .chain(sized.iter().map(|one| hidden(one, &real, logged, true)))
+            .collect(),
+        stated: Vec::new(),
+        before: Vec::new(),
         nominal,
         otherwise,
         runs,
         struck,
         missing: planned.missing.iter().map(|s| s.key(machine.motion()).to_owned()).collect(),
         gap,
+        integration_error: 0.0,
     })))
 }
 
@@ -142,11 +149,12 @@ fn hidden_so_far(bases: &[Sized], sized: &[Sized]) -> Vec<(EffectId, Vec<f64>)> 
     bases.iter().chain(sized).map(|one| (one.effect, one.values.clone())).collect()
 }
 
-fn hidden(sized: &Sized, real: &Machine, logged: &[Signal]) -> HiddenEffect {
+fn hidden(sized: &Sized, real: &Machine, logged: &[Signal], planned: bool) -> HiddenEffect {
     let keys = sized.effect.parameters().iter().map(|p| p.key(real.motion()).to_owned());
     HiddenEffect {
         effect: sized.effect,
         parameters: keys.zip(sized.values.iter().copied()).collect(),
+        planned,
         gap: sized.gap,
         equals: equals(sized.effect, real, logged),
     }

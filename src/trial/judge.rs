@@ -126,7 +126,7 @@ impl Judged {
     pub fn is_right(&self) -> bool {
         match self.tier {
             Tier::Outside => self.flagged,
-            Tier::Pair => self.all_named,
+            Tier::Pair | Tier::Triple => self.all_named,
             _ => self.top_1,
         }
     }

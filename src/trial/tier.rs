@@ -17,18 +17,30 @@ pub enum Tier {
     Single,
     /// Two effects that can act beside each other.
     Pair,
-    /// One effect, struck from the catalogue together with those that contain it, are its equal or stand in for it.
+    /// Three effects that can act beside one another.
+    Triple,
+    /// What no law of the catalogue describes: foreign to all of it, or one effect, struck from the catalogue together with those that contain it, are its equal or stand in for it.
     Outside,
     /// One effect beside nominal parameters that are all off together by a third of their tolerance.
     Poor,
     /// One effect, and no current, no effort or no velocity logged.
     Missing,
+    /// One effect changed or come between two recordings of one machine, which is hidden from the twin in other ways too.
+    Change,
 }
 
 impl Tier {
     /// Every tier.
-    pub const ALL: [Self; 6] =
-        [Self::Null, Self::Single, Self::Pair, Self::Outside, Self::Poor, Self::Missing];
+    pub const ALL: [Self; 8] = [
+        Self::Null,
+        Self::Single,
+        Self::Pair,
+        Self::Triple,
+        Self::Outside,
+        Self::Poor,
+        Self::Missing,
+        Self::Change,
+    ];
 
     /// The word on the command line and in files.
     pub fn name(self) -> &'static str {
@@ -36,18 +48,21 @@ impl Tier {
             Self::Null => "null",
             Self::Single => "single",
             Self::Pair => "pair",
+            Self::Triple => "triple",
             Self::Outside => "outside",
             Self::Poor => "poor",
             Self::Missing => "missing",
+            Self::Change => "change",
         }
     }
 
     /// Cases where no number is asked for, with so many effects that can be forged.
     pub fn cases(self, effects: usize) -> usize {
         match self {
-            Self::Null | Self::Pair => 40,
+            Self::Null => 300,
+            Self::Pair | Self::Triple => 40,
             Self::Single => 5 * effects,
-            Self::Outside | Self::Poor | Self::Missing => effects,
+            Self::Outside | Self::Poor | Self::Missing | Self::Change => effects,
         }
     }
 
@@ -56,6 +71,7 @@ impl Tier {
         match self {
             Self::Null => 0,
             Self::Pair => 2,
+            Self::Triple => 3,
             _ => 1,
         }
     }

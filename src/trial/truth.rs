@@ -36,8 +36,14 @@ pub struct TrueCase {
     pub case: usize,
     /// Its tier.
     pub tier: Tier,
-    /// The hidden effects; none in the null tier.
+    /// Every effect by which the machine differs from the twin that is diagnosed; in the tier of changes, from the machine before.
     pub effects: Vec<HiddenEffect>,
+    /// What the twin that is diagnosed states already: friction of the guide.
+    #[serde(default)]
+    pub stated: Vec<HiddenEffect>,
+    /// In the tier of changes, the effects that machine and twin differ by before and after alike; none elsewhere.
+    #[serde(default)]
+    pub before: Vec<HiddenEffect>,
     /// By how much the nominal parameters were off.
     pub nominal: NominalErrors,
     /// What the forged machine had that no law of the catalogue describes.
@@ -48,8 +54,12 @@ pub struct TrueCase {
     pub struck: Vec<EffectId>,
     /// Canonical names of the signals that were not logged.
     pub missing: Vec<String>,
-    /// Gap of everything hidden, nominal errors aside.
+    /// What everything hidden makes together beyond calibration, in standard deviations of the noise; see [`HiddenEffect::gap`].
     pub gap: f64,
+    /// Error of the simulation itself against half its step, RMS, in standard deviations of the noise over √N; see
+    /// `convergence`.
+    #[serde(default)]
+    pub integration_error: f64,
 }
 
 /// One hidden effect.
@@ -59,10 +69,19 @@ pub struct HiddenEffect {
     pub effect: EffectId,
     /// Its parameters, by their key; a payload comes on top of what the nominal mass is off by.
     pub parameters: BTreeMap<String, f64>,
-    /// Gap that it alone makes beyond what a simpler law would.
+    /// Whether the tier asked for it. Else it comes with another one, as friction and its bristles do, or is a nuisance.
+    #[serde(default = "is_planned")]
+    pub planned: bool,
+    /// What it makes beside everything else that is hidden, beyond what constants inside their tolerances make up for: RMS over
+    /// signals and samples in standard deviations of the noise, of training or held-out runs, whichever show less.
     pub gap: f64,
-    /// Effects that are its equal on the logged signals.
+    /// Effects that do the same on these runs, as far as their noise can tell; see `information`.
     pub equals: Vec<EffectId>,
+}
+
+/// Truths of before attendants were told apart.
+fn is_planned() -> bool {
+    true
 }
 
 impl HiddenEffect {
