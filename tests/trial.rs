@@ -7,7 +7,6 @@ use slideway::machine::Machine;
 use slideway::plant::axis::Axis;
 use slideway::recording::{Recording, Role, Signal};
 use slideway::replay::{follow, run as walk};
-use slideway::trial::draw::{self, GAPS, Outcome};
 use slideway::trial::engine::{SKETCH_STEP_S, sketch};
 use slideway::trial::equals::{equals, struck};
 use slideway::trial::forge::logged;
@@ -15,7 +14,7 @@ use slideway::trial::interval::{Level, Rate};
 use slideway::trial::judge::Judged;
 use slideway::trial::laws::Otherwise;
 use slideway::trial::nominal::NominalErrors;
-use slideway::trial::plan::{Planned, plan};
+use slideway::trial::plan::plan;
 use slideway::trial::score::summaries;
 use slideway::trial::seal::{Committed, is_open};
 use slideway::trial::strokes::Strokes;
@@ -176,7 +175,7 @@ fn exact_forging_is_reproducible_and_goes_on_after_a_kill() {
     let whole = content(&one);
     assert_eq!(whole, content(&other));
     std::fs::remove_dir_all(trial.case_folder(2)).unwrap();
-    std::fs::remove_file(other.join("cases/003.catalogue.toml")).unwrap();
+    std::fs::remove_file(other.join("cases/003.case.toml")).unwrap();
     forged(&other, "4", "null", "3");
     assert_eq!(whole, content(&other));
     // Killed between seal and announcement.
@@ -269,33 +268,6 @@ fn exact_wrong_inputs_are_refused() {
     assert!(!out.exists());
 }
 
-/// Every effect of the catalogue can be forged on a machine that can have it, at a size inside the window or, where its
-/// tolerance begins above it, at least that large.
-#[test]
-fn exact_every_effect_can_be_forged() {
-    let (machine, seed) = (machine(), Seed::new(11).unwrap());
-    let logged = logged(&machine);
-    for &effect in EffectId::ALL {
-        let planned = Planned {
-            tier: Tier::Single,
-            effects: vec![effect],
-            spare: Vec::new(),
-            missing: Vec::new(),
-            purpose: format!("test {}", effect.name()),
-        };
-        match draw::case(seed, &machine, &logged, &planned).unwrap() {
-            Outcome::Skipped(_, reason) => panic!("{}: {reason}", effect.name()),
-            Outcome::Drawn(case) => {
-                let gap = case.effects[0].gap;
-                println!("{} {gap:.1} {:?}", effect.name(), case.effects[0].parameters);
-                // The search stops within 2 %; resolutions are steps.
-                assert!(gap >= 0.9 * GAPS.0 && gap.is_finite(), "{}: {gap}", effect.name());
-                assert!(case.machine(&machine).is_ok(), "{}", effect.name());
-            }
-        }
-    }
-}
-
 /// Two effects of a pair can act beside each other, and tiers are filled evenly.
 #[test]
 fn exact_plan_is_even_and_pairs_are_possible() {
@@ -308,7 +280,7 @@ fn exact_plan_is_even_and_pairs_are_possible() {
         assert_eq!(of(Tier::Single).filter(|p| p.effects == [effect]).count(), 5, "{}", effect.name());
         assert_eq!(of(Tier::Outside).filter(|p| p.effects == [effect]).count(), 1, "{}", effect.name());
     }
-    assert_eq!((of(Tier::Null).count(), of(Tier::Pair).count()), (40, 40));
+    assert_eq!((of(Tier::Null).count(), of(Tier::Pair).count(), of(Tier::Triple).count()), (300, 40, 40));
     for pair in of(Tier::Pair) {
         let [a, b] = pair.effects[..] else { panic!("{pair:?}") };
         assert!(
@@ -318,6 +290,12 @@ fn exact_plan_is_even_and_pairs_are_possible() {
         assert!(pair.spare.len() == 3, "{pair:?}");
         // What a case falls back on is no other case's turn.
         assert!(of(Tier::Pair).all(|other| !pair.spare.contains(&other.effects)), "{pair:?}");
+    }
+    for triple in of(Tier::Triple) {
+        let [a, b, c] = triple.effects[..] else { panic!("{triple:?}") };
+        let is_pair =
+            |a: EffectId, b: EffectId| a != b && !a.modifies().contains(&b) && !b.modifies().contains(&a) && !equal(a, b);
+        assert!(is_pair(a, b) && is_pair(a, c) && is_pair(b, c), "{triple:?}");
     }
     assert!(of(Tier::Single).all(|p| p.spare.is_empty()));
     assert!(of(Tier::Missing).all(|p| p.missing.len() == 1));
@@ -349,28 +327,6 @@ fn exact_payload_is_struck_with_the_force_constant() {
         assert_eq!(gone, [EffectId::ForceConstant, EffectId::Payload, EffectId::EncoderScale], "{gone:?}");
         assert_eq!(struck(effect, &machine, &with_force), [effect]);
     }
-}
-
-/// Where two effects cannot be forged together, the case hides another pair, so that a tier keeps its number.
-#[test]
-fn exact_pair_that_cannot_be_forged_gives_way_to_a_spare() {
-    let emps = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/emps");
-    let (machine, seed) = (Machine::read(&emps).unwrap(), Seed::new(12).unwrap());
-    let logged = logged(&machine);
-    let (payload, delay) = (EffectId::Payload, EffectId::LoopDelay);
-    let planned = |spare: Vec<Vec<EffectId>>| Planned {
-        tier: Tier::Pair,
-        // A direct motor has no winding.
-        effects: vec![EffectId::WindingResistance, payload],
-        spare,
-        missing: Vec::new(),
-        purpose: "test pair".to_owned(),
-    };
-    let drawn = |planned: &Planned| draw::case(seed, &machine, &logged, planned).unwrap();
-    assert!(matches!(drawn(&planned(Vec::new())), Outcome::Skipped(..)));
-    let Outcome::Drawn(case) = drawn(&planned(vec![vec![payload, delay]])) else { panic!("skipped") };
-    let hidden: Vec<EffectId> = case.effects.iter().map(|h| h.effect).collect();
-    assert_eq!(hidden, [payload, delay]);
 }
 
 const OTHERWISE: Otherwise =
@@ -445,8 +401,10 @@ fn truth(case: usize, tier: Tier, effects: &[EffectId]) -> TrueCase {
         struck: Vec::new(),
         missing: Vec::new(),
         stated: Vec::new(),
+        twin: BTreeMap::new(),
         before: Vec::new(),
         gap: 20.0,
+        step_s: 0.0,
         integration_error: 0.0,
     }
 }

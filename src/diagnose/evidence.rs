@@ -239,6 +239,12 @@ fn predictions(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Trac
     experiments.iter().map(|experiment| experiment.predict(machine, Sensing::Perfect)).collect()
 }
 
+/// Residuals of a run in units of their noise: one list a channel, the recording's signals in their order, then what stands between two
+/// position sensors.
+pub fn residuals(experiment: &Experiment, predicted: &Traces, floor: &Floor) -> Vec<Vec<f64>> {
+    channels(experiment, predicted, floor).into_iter().map(|(_, residual)| residual).collect()
+}
+
 /// Normalised residuals of a run, channel by channel.
 fn channels(experiment: &Experiment, predicted: &Traces, floor: &Floor) -> Vec<(Channel, Vec<f64>)> {
     let signals = experiment.signals().iter();

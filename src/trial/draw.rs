@@ -1,163 +1,227 @@
-//! One case drawn: runs, nominal errors, effects and their sizes.
+//! One case drawn: runs, nominal errors, effects and what each of them makes.
 
-use super::calibrate::{Gauge, Sized};
-use super::equals::{equals, struck};
+use super::convergence::converged;
+use super::engine::Engine;
+use super::equals::struck;
+use super::gauge::Gauge;
+use super::hide::{hidden, stated_friction};
+use super::information::{Calibration, Equals};
 use super::laws::Otherwise;
 use super::nominal::{Care, NominalErrors};
+use super::nuisance::nuisances;
 use super::plan::Planned;
-use super::scale::scale;
+use super::real::{Acting, Known, Real, by_key, in_order};
+use super::scale::machinery;
 use super::seed::Seed;
-use super::size::{Family, absorbed};
 use super::strokes;
 use super::tier::Tier;
 use super::truth::{HiddenEffect, TrueCase};
-use crate::effect::EffectId;
+use crate::effect::{EffectId, Machinery, Prior};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use rand::RngExt;
 use rand::rngs::StdRng;
+use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
-/// Gaps between which sizes are drawn, evenly on a logarithmic scale: just above the floor to plain to see.
-pub const GAPS: (f64, f64) = (3.0, 300.0);
-/// In a pair, the smaller effect makes at least so large a gap, …
-const LEAST_OF_PAIR: f64 = 6.0;
-/// … and the larger one at most so many times the smaller one's.
-const MOST_RATIO: f64 = 8.0;
-/// Draws before a case is given up: some modes of a base hardly show, whatever is done to them.
+/// Draws before a case is given up. A machine that does not work makes no recording: it runs against its stops, or swings by itself.
 const MOST_DRAWS: usize = 24;
+/// Probability that a changed machine had something hidden before already.
+const UNEXPLAINED: f64 = 0.5;
+/// What is at least so large is looked for among others that nobody could tell from it, in standard deviations of the noise.
+const FLOOR: f64 = 1.0;
 
 /// What a draw comes to.
 pub enum Outcome {
     /// A case; its number is still open.
     Drawn(Box<TrueCase>),
-    /// An effect that cannot show on this machine, and why.
+    /// An effect with which no machine works, and why.
     Skipped(EffectId, String),
 }
 
-/// Draws a planned case.
-///
-/// # Errors
-/// Whatever a replay of the machine as it is refuses.
-pub fn case(seed: Seed, machine: &Machine, logged: &[Signal], planned: &Planned) -> Result<Outcome> {
-    let logged: Vec<Signal> = logged.iter().copied().filter(|s| !planned.missing.contains(s)).collect();
-    let mut reason = None;
-    for effects in std::iter::once(&planned.effects).chain(&planned.spare) {
-        let planned = &Planned { effects: effects.clone(), ..planned.clone() };
-        for draw in 0..MOST_DRAWS {
-            let mut random = seed.random(&format!("{} {draw}", planned.purpose));
-            match attempt(machine, &logged, planned, &mut random, draw + 1 == MOST_DRAWS)? {
-                Outcome::Skipped(effect, why) => reason = reason.or(Some((effect, why))),
-                drawn @ Outcome::Drawn(_) => return Ok(drawn),
-            }
-        }
-    }
-    let nothing = || (EffectId::PositionGain, "no draw came to anything".to_owned());
-    let (effect, why) = reason.unwrap_or_else(nothing);
-    Ok(Outcome::Skipped(effect, why))
+/// Where cases are drawn for.
+#[derive(Debug, Clone, Copy)]
+pub struct Site<'a> {
+    /// Seed of the trial.
+    pub seed: Seed,
+    /// The machine on trial.
+    pub machine: &'a Machine,
+    /// The engine that forges it.
+    pub engine: Engine,
+    /// The signals that it logs.
+    pub logged: &'a [Signal],
 }
 
-fn otherwise(machine: &Machine, stroke: f64, random: &mut StdRng) -> Otherwise {
-    let step = machine.constants().encoder_step;
-    let step = if step > 0.0 { step } else { 1e-6 * stroke };
+impl Site<'_> {
+    /// Draws a planned case. Nothing is drawn again because it does not show.
+    ///
+    /// # Errors
+    /// Whatever a replay of the machine as it is refuses.
+    pub fn case(&self, planned: &Planned) -> Result<Outcome> {
+        let logged: Vec<Signal> =
+            self.logged.iter().copied().filter(|s| !planned.missing.contains(s)).collect();
+        let site = Site { logged: &logged, ..*self };
+        for effects in std::iter::once(&planned.effects).chain(&planned.spare) {
+            let planned = &Planned { effects: effects.clone(), ..planned.clone() };
+            for draw in 0..MOST_DRAWS {
+                let mut random = self.seed.random(&format!("{} {draw}", planned.purpose));
+                if let Some(case) = site.attempt(planned, &mut random)? {
+                    return Ok(Outcome::Drawn(Box::new(case)));
+                }
+            }
+        }
+        let effect = planned.effects.last().copied().unwrap_or(EffectId::PositionGain);
+        Ok(Outcome::Skipped(effect, format!("in {MOST_DRAWS} draws the axis did not work with it")))
+    }
+
+    /// One draw; none where the axis does not work.
+    fn attempt(&self, planned: &Planned, random: &mut StdRng) -> Result<Option<TrueCase>> {
+        let Site { machine, logged, .. } = *self;
+        let runs = strokes::draw(machine, random)?;
+        let care = if planned.tier == Tier::Poor { Care::Poor } else { Care::Careful };
+        let nominal = NominalErrors::draw(machine, care, random);
+        let otherwise = otherwise(random);
+        let plain = Real::new(machine, nominal.clone(), Vec::new())?;
+        let prior = &mut Prior::new(random);
+        let scale = machinery(machine, &plain, &runs);
+        let stated = stated_friction(machine, &scale, &planned.effects, prior);
+        let before = match planned.tier {
+            Tier::Change => self.before(&Real::new(machine, nominal.clone(), stated.clone())?, &scale, planned, prior)?,
+            _ => Vec::new(),
+        };
+        let real = Real::new(machine, nominal.clone(), [&stated[..], &before].concat())?;
+        let scale = machinery(machine, &real, &runs);
+        // Values that the machine's description refuses make no machine.
+        let Ok(mut acting) = hidden(&real, &scale, &planned.effects, prior) else { return Ok(None) };
+        let quiet = real.with(&[])?;
+        let Ok(sketched) = Gauge::new([&real.with(&acting)?, &quiet], &otherwise, &runs, logged) else {
+            return Ok(None);
+        };
+        acting.extend(nuisances(&sketched, &real, &scale, &acting, prior));
+        let whole = real.with(&acting)?;
+        let Ok(gauge) = Gauge::new([&whole, &quiet], &otherwise, &runs, logged) else { return Ok(None) };
+        let Some(together) = gauge.change(&quiet) else { return Ok(None) };
+        let calibration = Calibration::new(&gauge, &real, &acting);
+        let Some(effects) = effects(&gauge, &real, &acting, &calibration, &scale, prior)? else { return Ok(None) };
+        let run = &runs[gauge.longest()];
+        let Ok(converged) = converged(self.engine, &whole, &otherwise, run, logged, &gauge) else { return Ok(None) };
+        let gap = gauge.size(&calibration.beyond(&together));
+        let known = |list: &[Acting]| list.iter().map(|acting| Known::new(acting, machine)).collect();
+        Ok(Some(TrueCase {
+            case: 0,
+            tier: planned.tier,
+            struck: self.struck(planned, &effects, &before, prior),
+            effects,
+            twin: twin(machine, &stated, &planned.effects, care, prior),
+            stated: known(&stated),
+            before: known(&before),
+            nominal,
+            otherwise,
+            runs,
+            missing: planned.missing.iter().map(|s| s.key(machine.motion()).to_owned()).collect(),
+            gap,
+            step_s: converged.step_s,
+            integration_error: converged.error,
+        }))
+    }
+
+    /// What a machine had hidden before it changed: nothing, or an effect that has nothing to do with the change.
+    fn before(&self, real: &Real, scale: &Machinery, planned: &Planned, prior: &mut Prior) -> Result<Vec<Acting>> {
+        let is_apart = |effect: &EffectId| {
+            let touches = |a: EffectId, b: EffectId| a == b || a.modifies().contains(&b) || b.modifies().contains(&a);
+            let is_friction = |e: EffectId| EffectId::Presliding.modifies().contains(&e) || e == EffectId::Presliding;
+            let struck = struck(*effect, self.machine, self.logged);
+            effect.applies(real.constants())
+                && !self.machine.description().effect.contains(*effect)
+                && !is_friction(*effect)
+                && planned.effects.iter().all(|&own| !touches(own, *effect) && !struck.contains(&own))
+        };
+        let others: Vec<EffectId> = EffectId::ALL.iter().copied().filter(is_apart).collect();
+        if others.is_empty() || !prior.chance(UNEXPLAINED) {
+            return Ok(Vec::new());
+        }
+        let effect = others[prior.integer(0, others.len() as u32 - 1) as usize];
+        let acting = hidden(real, scale, &[effect], prior)?;
+        Ok(acting.into_iter().map(|acting| Acting { planned: false, ..acting }).collect())
+    }
+
+    /// The effects struck from the catalogue: in the tier outside, those by which the hidden one could be explained; in that of changes,
+    /// in half of the cases those by which the machine before could be.
+    fn struck(
+        &self,
+        planned: &Planned,
+        effects: &[HiddenEffect],
+        before: &[Acting],
+        prior: &mut Prior,
+    ) -> Vec<EffectId> {
+        let own: Vec<EffectId> = match planned.tier {
+            Tier::Outside => effects.iter().filter(|hidden| hidden.planned).map(|hidden| hidden.effect).collect(),
+            Tier::Change if prior.chance(UNEXPLAINED) => before.iter().map(|acting| acting.effect).collect(),
+            _ => Vec::new(),
+        };
+        let listed = own.iter().flat_map(|effect| struck(*effect, self.machine, self.logged));
+        let equal = effects.iter().filter(|hidden| own.contains(&hidden.effect)).flat_map(|hidden| hidden.equals.clone());
+        let all: std::collections::BTreeSet<EffectId> = listed.chain(equal).collect();
+        all.into_iter().collect()
+    }
+}
+
+/// What each hidden effect makes beside the others, and what nobody could tell from it; none where the axis does not work without one.
+fn effects(
+    gauge: &Gauge,
+    real: &Real,
+    acting: &[Acting],
+    calibration: &Calibration,
+    scale: &Machinery,
+    prior: &mut Prior,
+) -> Result<Option<Vec<HiddenEffect>>> {
+    let equals = Equals::new(gauge, real, acting, calibration, scale, prior);
+    let mut effects = Vec::new();
+    for own in acting {
+        let others: Vec<Acting> = acting.iter().filter(|other| other.effect != own.effect).cloned().collect();
+        let without = real.with(&others)?;
+        let Some(change) = gauge.change(&without) else { return Ok(None) };
+        let gap = gauge.size(&calibration.beyond(&change));
+        effects.push(HiddenEffect {
+            effect: own.effect,
+            parameters: by_key(own, &without),
+            planned: own.planned,
+            gap,
+            equals: if gap >= FLOOR { equals.of(own, &change) } else { Vec::new() },
+        });
+    }
+    Ok(Some(effects))
+}
+
+/// What a forged machine does otherwise, its bristles aside, which are an effect of their own.
+fn otherwise(random: &mut StdRng) -> Otherwise {
     Otherwise {
-        bristle_deflection: step * random.random_range(0.2..0.6),
+        bristle_deflection: f64::INFINITY,
         bristle_damping: random.random_range(0.5..1.0),
         harmonics: [random.random_range(0.02..0.06), random.random_range(0.01..0.03)],
         phases: [random.random_range(0.0..TAU), random.random_range(0.0..TAU)],
     }
 }
 
-fn attempt(
+/// The settings by which the twin of a case knows more than the machine's file: friction, off by a share of its tolerance unless another
+/// value is what is hidden.
+fn twin(
     machine: &Machine,
-    logged: &[Signal],
-    planned: &Planned,
-    random: &mut StdRng,
-    is_last: bool,
-) -> Result<Outcome> {
-    let runs = strokes::draw(machine, random)?;
-    let care = if planned.tier == Tier::Poor { Care::Poor } else { Care::Careful };
-    let nominal = NominalErrors::draw(machine, care, random);
-    let real = nominal.apply(machine)?;
-    let stroke = runs.iter().map(|run| run.stroke.abs()).fold(0.0, f64::max);
-    let otherwise = otherwise(machine, stroke, random);
-    let scale = scale(&real, &runs, &otherwise)?;
-    let gauge = Gauge::new(&real, &otherwise, &runs, logged)?;
-    let absorbed = absorbed(&machine.description().tolerance, logged);
-    let (mut bases, mut sized): (Vec<Sized>, Vec<Sized>) = (Vec::new(), Vec::new());
-    for &effect in &planned.effects {
-        let window = match sized.first() {
-            None if planned.effects.len() == 1 => GAPS,
-            None => (LEAST_OF_PAIR, GAPS.1),
-            Some(first) => (LEAST_OF_PAIR.max(first.gap / MOST_RATIO), GAPS.1.min(first.gap * MOST_RATIO)),
-        };
-        let family = Family::draw(effect, &scale, &absorbed, random).beside(&hidden_so_far(&bases, &sized));
-        for (effect, values) in family.base.clone() {
-            if !planned.effects.contains(&effect) && !bases.iter().any(|base| base.effect == effect) {
-                let there = hidden_so_far(&bases, &[]);
-                let gap = gauge.gap(&[&there[..], &[(effect, values.clone())]].concat(), &there);
-                bases.push(Sized { effect, values, gap });
-            }
-        }
-        match gauge.sized(&family, window, random.random_range(0.0..1.0)) {
-            Ok(one) => sized.push(one),
-            Err(most) => {
-                let why = format!(
-                    "the largest size tried makes a gap of {most:.1} on these strokes, {:.0} is the least asked for",
-                    window.0
-                );
-                return Ok(Outcome::Skipped(effect, why));
-            }
+    stated: &[Acting],
+    planned: &[EffectId],
+    care: Care,
+    prior: &mut Prior,
+) -> BTreeMap<String, f64> {
+    let tolerance = machine.description().tolerance.effect;
+    let mut settings = BTreeMap::new();
+    for acting in stated {
+        for (key, value) in by_key(acting, machine) {
+            let off = if planned.contains(&acting.effect) { 0.0 } else { care.off(tolerance, prior.uniform(-1.0, 1.0)) };
+            settings.insert(format!("effect.{}.{key}", acting.effect.name()), value * (1.0 + off));
         }
     }
-    let gaps = || sized.iter().map(|one| one.gap);
-    let lopsided = gaps().fold(0.0, f64::max) > 1.5 * MOST_RATIO * gaps().fold(f64::INFINITY, f64::min);
-    let together = hidden_so_far(&bases, &sized);
-    let gap = gauge.gap(&together, &[]);
-    if let (Some(last), true) = (planned.effects.last(), !gap.is_finite() || (lopsided && !is_last)) {
-        let why =
-            if lopsided { "it cannot be as small as the other" } else { "the axis does not work with both" };
-        return Ok(Outcome::Skipped(*last, why.to_owned()));
-    }
-    let struck = match (planned.tier, planned.effects.first()) {
-        (Tier::Outside, Some(effect)) => struck(*effect, machine, logged),
-        _ => Vec::new(),
-    };
-    Ok(Outcome::Drawn(Box::new(TrueCase {
-        case: 0,
-        tier: planned.tier,
-        effects: bases
-            .iter()
-            .map(|one| hidden(one, &real, logged, false))
-            .chain(sized.iter().map(|one| hidden(one, &real, logged, true)))
-            .collect(),
-        stated: Vec::new(),
-        before: Vec::new(),
-        nominal,
-        otherwise,
-        runs,
-        struck,
-        missing: planned.missing.iter().map(|s| s.key(machine.motion()).to_owned()).collect(),
-        gap,
-        integration_error: 0.0,
-    })))
-}
-
-/// The friction that features modify, and the effects planned, as far as they have a size.
-fn hidden_so_far(bases: &[Sized], sized: &[Sized]) -> Vec<(EffectId, Vec<f64>)> {
-    bases.iter().chain(sized).map(|one| (one.effect, one.values.clone())).collect()
-}
-
-fn hidden(sized: &Sized, real: &Machine, logged: &[Signal], planned: bool) -> HiddenEffect {
-    let keys = sized.effect.parameters().iter().map(|p| p.key(real.motion()).to_owned());
-    HiddenEffect {
-        effect: sized.effect,
-        parameters: keys.zip(sized.values.iter().copied()).collect(),
-        planned,
-        gap: sized.gap,
-        equals: equals(sized.effect, real, logged),
-    }
+    settings
 }
 
 impl TrueCase {
@@ -166,12 +230,22 @@ impl TrueCase {
     /// # Errors
     /// A truth that does not belong to the machine.
     pub fn machine(&self, machine: &Machine) -> Result<Machine> {
-        let real = self.nominal.apply(machine)?;
-        let values = |hidden: &HiddenEffect| -> Vec<f64> {
-            let keys = hidden.effect.parameters().iter().map(|p| p.key(real.motion()));
-            keys.map(|key| hidden.parameters.get(key).copied().unwrap_or(f64::NAN)).collect()
+        let hidden = |hidden: &HiddenEffect| {
+            Acting::planned(hidden.effect, in_order(hidden.effect, &hidden.parameters, machine))
         };
-        let effects: Vec<_> = self.effects.iter().map(|hidden| (hidden.effect, values(hidden))).collect();
-        super::size::with_effects(&real, &effects)
+        self.real(machine)?.with(&self.effects.iter().map(hidden).collect::<Vec<_>>())
+    }
+
+    /// The machine as it was before a change.
+    ///
+    /// # Errors
+    /// A truth that does not belong to the machine.
+    pub fn machine_before(&self, machine: &Machine) -> Result<Machine> {
+        self.real(machine)?.with(&[])
+    }
+
+    fn real<'a>(&self, machine: &'a Machine) -> Result<Real<'a>> {
+        let known = self.stated.iter().chain(&self.before).map(|known| known.acting(machine));
+        Real::new(machine, self.nominal.clone(), known.collect())
     }
 }

@@ -48,7 +48,8 @@ impl Engine {
         }
     }
 
-    /// Lets a forged machine follow a sampled position reference from standstill, at a time of the session in s.
+    /// Lets a forged machine follow a sampled position reference from standstill, at a time of the session in s, in steps of at most
+    /// `step_s`.
     ///
     /// # Errors
     /// What the plant refuses.
@@ -59,13 +60,14 @@ impl Engine {
         sensing: Sensing,
         reference: &[f64],
         begins_s: f64,
+        step_s: f64,
     ) -> Result<Traces> {
         let commands = Commands::follow(machine, reference)?.beginning(begins_s);
-        self.told(machine, otherwise, sensing, &commands, STOOD_S, |_| ())
+        self.stepped(machine, otherwise, sensing, (&commands, STOOD_S), step_s, |_| ())
     }
 
     /// Lets a machine that is otherwise so be told commands, after so long a standstill in closed loop; `each` is told
-    /// after every sample how many are done.
+    /// after every sample how many are done. The step is [`STEP_S`] at most.
     ///
     /// # Errors
     /// What the plant refuses.
@@ -78,7 +80,19 @@ impl Engine {
         stood_s: f64,
         each: impl FnMut(usize),
     ) -> Result<Traces> {
-        let step_s = step(machine, STEP_S);
+        self.stepped(machine, otherwise, sensing, (commands, stood_s), STEP_S, each)
+    }
+
+    fn stepped(
+        self,
+        machine: &Machine,
+        otherwise: &Otherwise,
+        sensing: Sensing,
+        (commands, stood_s): (&Commands, f64),
+        longest_s: f64,
+        each: impl FnMut(usize),
+    ) -> Result<Traces> {
+        let step_s = step(machine, longest_s);
         let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
         let clock_s = commands.begins_s() - commands.stood_s(stood_s);
         match self {

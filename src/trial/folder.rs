@@ -9,18 +9,19 @@ use crate::effect::EffectId;
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
+use std::collections::BTreeMap;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Schema of `trial.toml`.
-pub const SCHEMA: &str = "slideway-trial/1";
+pub const SCHEMA: &str = "slideway-trial/2";
 const FILE_NAME: &str = "trial.toml";
 
 /// The content of `trial.toml`: what anyone may know of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Announcement {
-    /// `slideway-trial/1`.
+    /// `slideway-trial/2`.
     pub schema: String,
     /// Version of the program that forged it.
     pub version: String,
@@ -54,11 +55,15 @@ pub struct Skipped {
     pub reason: String,
 }
 
-/// What a case strikes from the catalogue.
+/// What a diagnosis of a case is told beside its recording.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Catalogue {
-    without: Vec<EffectId>,
+pub struct Terms {
+    /// Effects struck from the catalogue.
+    pub without: Vec<EffectId>,
+    /// Settings of the twin beyond the machine's file, by key path.
+    #[serde(default)]
+    pub twin: BTreeMap<String, f64>,
 }
 
 /// A forged trial: its folder and what may be known of it.
@@ -125,38 +130,41 @@ impl Trial {
         self.folder.join("cases").join(format!("{case:03}"))
     }
 
-    /// The effects that a case strikes from the catalogue.
+    /// The recording of a case's machine before it changed; there in the tier of changes only.
+    pub fn reference_folder(&self, case: usize) -> PathBuf {
+        self.folder.join("cases").join(format!("{case:03}.before"))
+    }
+
+    /// What a diagnosis of a case is told.
     ///
     /// # Errors
     /// A file that is not there or names what is no effect.
-    pub fn struck(&self, case: usize) -> Result<Vec<EffectId>> {
-        let path = self.struck_file(case);
+    pub fn terms(&self, case: usize) -> Result<Terms> {
+        let path = self.terms_file(case);
         let text = std::fs::read_to_string(&path).map_err(|error| {
             Error::io(&path, &error)
                 .remedy("the trial is not forged to its end: run `slideway trial forge` again")
         })?;
-        let catalogue: Catalogue =
-            toml::from_str(&text).map_err(|error| toml_text::refusal(&path, &text, &error))?;
-        Ok(catalogue.without)
+        toml::from_str(&text).map_err(|error| toml_text::refusal(&path, &text, &error))
     }
 
-    /// Writes the effects that a case strikes from the catalogue: the last file of a case.
-    pub(super) fn strike(&self, case: usize, without: &[EffectId]) -> Result<()> {
-        let path = self.struck_file(case);
-        let text = toml::to_string(&Catalogue { without: without.to_vec() }).map_err(|error| {
-            Error::new(ErrorKind::Syntax).file(&path).found(error.to_string()).expected("names of effects")
+    /// Writes what a diagnosis of a case is told: the last file of a case.
+    pub(super) fn state(&self, case: usize, terms: &Terms) -> Result<()> {
+        let path = self.terms_file(case);
+        let text = toml::to_string(terms).map_err(|error| {
+            Error::new(ErrorKind::Syntax).file(&path).found(error.to_string()).expected("names and numbers")
         })?;
         write(&path, text.as_bytes())
     }
 
     /// Beside the recording, not in it: a recording's folder holds nothing else.
-    fn struck_file(&self, case: usize) -> PathBuf {
-        self.folder.join("cases").join(format!("{case:03}.catalogue.toml"))
+    fn terms_file(&self, case: usize) -> PathBuf {
+        self.folder.join("cases").join(format!("{case:03}.case.toml"))
     }
 
     /// Whether a case is forged.
     pub fn is_forged(&self, case: usize) -> bool {
-        self.case_folder(case).join("recording.toml").is_file() && self.struck_file(case).is_file()
+        self.case_folder(case).join("recording.toml").is_file() && self.terms_file(case).is_file()
     }
 
     /// The sealed truth.

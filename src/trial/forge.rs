@@ -1,10 +1,10 @@
 //! Forging: machines with hidden effects, their truth sealed, their recordings simulated.
 
-use super::calibrate::as_logged;
-use super::draw::{self, Outcome};
+use super::draw::{Outcome, Site};
 use super::engine::Engine;
 use super::equals::equals;
-use super::folder::{Announcement, SCHEMA, Skipped, Trial, sha256};
+use super::folder::{Announcement, SCHEMA, Skipped, Terms, Trial, sha256};
+use super::gauge::as_logged;
 use super::plan::{Planned, plan};
 use super::seal::{Sealed, is_open};
 use super::seed::Seed;
@@ -67,8 +67,9 @@ pub fn forge(order: &Order, progress: &Progress) -> Result<Trial> {
     let equal = |a: EffectId, b: EffectId| equals(a, machine, &logged).contains(&b);
     let planned = plan(order.seed, order.tiers, order.cases, &effects, &logged, &equal);
     (progress.drawing)(planned.len());
+    let site = Site { seed: order.seed, machine, engine: order.engine, logged: &logged };
     let draw = |one: &Planned| {
-        let outcome = draw::case(order.seed, machine, &logged, one);
+        let outcome = site.case(one);
         (progress.done)();
         outcome
     };
@@ -234,32 +235,42 @@ fn simulate(trial: &Trial, machine: &Machine, case: &TrueCase, logged: &[Signal]
             .expected("a trial as it was scored")
             .remedy("forge a trial with another seed"));
     }
-    let real = case.machine(machine)?;
     let logged: Vec<Signal> = logged
         .iter()
         .copied()
         .filter(|s| !case.missing.iter().any(|key| key == s.key(machine.motion())))
         .collect();
+    if case.tier == Tier::Change {
+        let before = recording(trial, case, (machine, &case.machine_before(machine)?), "before", &logged)?;
+        before.write(trial.reference_folder(case.case), Format::Parquet, Existing::Replace)?;
+    }
+    let now = recording(trial, case, (machine, &case.machine(machine)?), "noise", &logged)?;
+    now.write(trial.case_folder(case.case), Format::Parquet, Existing::Replace)?;
+    trial.state(case.case, &Terms { without: case.struck.clone(), twin: case.twin.clone() })
+}
+
+/// The runs of a case as a machine makes them, with noise of its own.
+fn recording(
+    trial: &Trial,
+    case: &TrueCase,
+    (machine, real): (&Machine, &Machine),
+    noise: &str,
+    logged: &[Signal],
+) -> Result<Recording> {
     let mut runs = Vec::new();
     for strokes in &case.runs {
         let reference = strokes.reference(machine);
-        let sensing =
-            Sensing::AsStated { seed: trial.seed.derived(&format!("noise {} {}", case.case, strokes.name)) };
-        let traces = trial.announcement.engine.simulate(
-            &real,
-            &case.otherwise,
-            sensing,
-            &reference,
-            strokes.begins_s,
-        )?;
-        runs.push(as_logged(strokes, machine, &reference, traces, &logged)?);
+        let seed = trial.seed.derived(&format!("{noise} {} {}", case.case, strokes.name));
+        let engine = trial.announcement.engine;
+        let sensing = Sensing::AsStated { seed };
+        let traces = engine.simulate(real, &case.otherwise, sensing, &reference, strokes.begins_s, case.step_s)?;
+        runs.push(as_logged(strokes, machine, &reference, traces, logged)?);
     }
     let mut recording = Recording::new(runs)?;
     recording.machine = Some(machine_path(machine));
     recording.note =
         Some(format!("simulated, not measured: case {} of a blind trial, seed {}", case.case, trial.seed));
-    recording.write(trial.case_folder(case.case), Format::Parquet, Existing::Replace)?;
-    trial.strike(case.case, &case.struck)
+    Ok(recording)
 }
 
 /// The machine's folder, or its file where that has a name of its own.

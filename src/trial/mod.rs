@@ -11,7 +11,8 @@
 //! TRIAL/sealed/truth.json         the truth
 //! TRIAL/sealed/opened.json        once opened: the hash of the verdicts that it was opened against
 //! TRIAL/cases/NNN/                a recording, as any other
-//! TRIAL/cases/NNN.catalogue.toml  effects struck from the catalogue for this case
+//! TRIAL/cases/NNN.before/         in the tier of changes, the recording of the same machine before
+//! TRIAL/cases/NNN.case.toml       effects struck from the catalogue for this case, and what its twin states beyond the machine's file
 //! TRIAL/verdicts/NNN.json         a verdict, schema slideway-diagnosis/1
 //! TRIAL/verdicts/committed.json   SHA-256 and computing time of every verdict
 //! ```
@@ -21,30 +22,37 @@
 //!   [`CommittedVerdicts::read`] makes, from a folder in which every case has its verdict and every hash is right.
 //!   Once open, no verdict may change: [`run()`] refuses to commit any more.
 //! - **The forging plant is not the diagnosing one**: see [`engine`] and [`laws`].
-//! - **Sizes are gaps.** How large an effect is, is drawn as the gap that it alone makes, in units of noise; see [`size`].
+//! - **A trial draws what machines have.** Every law has a prior with its source ([`EffectId::draw`](crate::effect::EffectId::draw)). Nothing is
+//!   drawn again because it does not show; what each hidden effect makes is measured ([`gauge`]) and stands in the truth.
+//! - **What nobody could know is told apart by the truth itself**, from its Fisher information; see [`information`].
+//! - **The forged run has converged**: see [`convergence`].
 //! - **Judging is apart from developing** by the seed: see [`Seed`].
 //! - **Everything follows from the seed**: forging again, after a kill or elsewhere, gives the same bytes.
 
 pub mod bars;
 pub mod bristle;
-pub mod calibrate;
 pub mod confusion;
+pub mod convergence;
 pub mod draw;
 pub mod engine;
 pub mod equals;
 pub mod folder;
 pub mod forge;
+pub mod gauge;
+pub mod hide;
+pub mod information;
 pub mod interval;
 pub mod judge;
 pub mod laws;
 pub mod nominal;
+pub mod nuisance;
 pub mod plan;
+pub mod real;
 pub mod run;
 pub mod scale;
 pub mod score;
 pub mod seal;
 pub mod seed;
-pub mod size;
 pub mod strokes;
 pub mod tier;
 pub mod truth;

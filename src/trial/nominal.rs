@@ -35,6 +35,16 @@ pub enum Care {
     Poor,
 }
 
+impl Care {
+    /// The error of a parameter with a tolerance, from a number between −1 and 1.
+    pub(super) fn off(self, tolerance: f64, share: f64) -> f64 {
+        match self {
+            Self::Careful => CAREFUL * tolerance * share,
+            Self::Poor => POOR * tolerance * share.signum(),
+        }
+    }
+}
+
 const CAREFUL: f64 = 1.0 / 6.0;
 const POOR: f64 = 1.0 / 3.0;
 /// Modal masses have no tolerance; so much of an error stays below the noise of a fine encoder.
@@ -44,13 +54,7 @@ impl NominalErrors {
     /// Draws the errors of a machine.
     pub fn draw(machine: &Machine, care: Care, random: &mut StdRng) -> Self {
         let tolerance = &machine.description().tolerance;
-        let mut error = |tolerance: f64| {
-            let share: f64 = random.random_range(-1.0..1.0);
-            match care {
-                Care::Careful => CAREFUL * tolerance * share,
-                Care::Poor => POOR * tolerance * share.signum(),
-            }
-        };
+        let mut error = |tolerance: f64| care.off(tolerance, random.random_range(-1.0..1.0));
         Self {
             mass: error(tolerance.mass),
             viscous: error(tolerance.viscous),

@@ -6,6 +6,7 @@ use crate::effect::EffectId;
 use crate::recording::Signal;
 use rand::RngExt;
 use rand::rngs::StdRng;
+use std::collections::BTreeSet;
 
 /// One case before anything of it is drawn.
 #[derive(Debug, Clone, PartialEq)]
@@ -25,7 +26,7 @@ pub struct Planned {
 /// The signals that the tier of missing signals leaves out, one at a time.
 pub const MISSING: [Signal; 3] = [Signal::Current, Signal::ControlEffort, Signal::Velocity];
 
-/// Other pairs tried where one cannot be forged.
+/// Other pairs or triples tried where one cannot be forged.
 const SPARE: usize = 3;
 
 /// Plans tiers of so many cases each (their own number where none is given), from effects that can be forged, on a
@@ -63,7 +64,7 @@ pub fn plan(
     all
 }
 
-/// Pairs that no case of so many begins with, a few for each.
+/// Pairs or triples that no case of so many begins with, a few for each.
 fn spare(sets: &[Vec<EffectId>], case: usize, count: usize) -> Vec<Vec<EffectId>> {
     let places = (1..=SPARE).map(|k| case + k * count);
     places.filter_map(|k| sets.get(k)).filter(|set| set.len() > 1).cloned().collect()
@@ -79,7 +80,8 @@ fn sets(
     let mut sets: Vec<Vec<EffectId>> = match tier.effects() {
         0 => vec![Vec::new()],
         1 => effects.iter().map(|effect| vec![*effect]).collect(),
-        _ => pairs(effects, equal),
+        2 => pairs(effects, equal),
+        _ => triples(effects, equal),
     };
     shuffle(&mut sets, random);
     sets
@@ -94,6 +96,18 @@ fn pairs(effects: &[EffectId], equal: &dyn Fn(EffectId, EffectId) -> bool) -> Ve
         .iter()
         .flat_map(|&a| effects.iter().filter(move |&&b| beside(a, b)).map(move |&b| vec![a, b]))
         .collect()
+}
+
+/// Every three effects of which each two are a pair.
+fn triples(effects: &[EffectId], equal: &dyn Fn(EffectId, EffectId) -> bool) -> Vec<Vec<EffectId>> {
+    let pairs = pairs(effects, equal);
+    let is_pair: BTreeSet<&[EffectId]> = pairs.iter().map(Vec::as_slice).collect();
+    let thirds = |pair: &Vec<EffectId>| {
+        let (a, b) = (pair[0], pair[1]);
+        let fits = |c: &&EffectId| is_pair.contains(&[a, **c][..]) && is_pair.contains(&[b, **c][..]);
+        effects.iter().filter(fits).map(|&c| vec![a, b, c]).collect::<Vec<_>>()
+    };
+    pairs.iter().flat_map(thirds).collect()
 }
 
 fn shuffle<T>(list: &mut [T], random: &mut StdRng) {

@@ -3,7 +3,7 @@
 use super::folder::Trial;
 use super::seal::{Ledger, is_open};
 use super::verdict::Said;
-use crate::diagnose::{Options, diagnose};
+use crate::diagnose::{Options, compare, diagnose};
 use crate::effect::EffectId;
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
@@ -87,7 +87,7 @@ fn lock<T>(mutex: &Mutex<T>) -> std::sync::MutexGuard<'_, T> {
 /// The verdict on a case, as JSON.
 fn verdict(trial: &Trial, case: usize) -> Result<String> {
     let recording = Recording::read(trial.case_folder(case))?;
-    let struck = trial.struck(case)?;
+    let terms = trial.terms(case)?;
     let Some(path) = &recording.machine else {
         return Err(Error::new(ErrorKind::Missing)
             .file(&recording.path)
@@ -96,11 +96,17 @@ fn verdict(trial: &Trial, case: usize) -> Result<String> {
             .expected("the machine on trial")
             .remedy("forge the trial again"));
     };
-    let machine = Machine::read(path)?;
+    let settings = terms.twin.iter().map(|(path, value)| (path.as_str(), toml::Value::Float(*value)));
+    let machine = Machine::read(path)?.with_settings(settings)?;
     let catalogue: Vec<EffectId> =
-        EffectId::ALL.iter().copied().filter(|effect| !struck.contains(effect)).collect();
+        EffectId::ALL.iter().copied().filter(|effect| !terms.without.contains(effect)).collect();
     let options = Options { catalogue: &catalogue, progress: &|_| () };
-    match diagnose(&machine, &recording, &options) {
+    let before = trial.reference_folder(case);
+    let verdict = match before.is_dir() {
+        true => Recording::read(before).and_then(|reference| compare(&machine, &reference, &recording, &options)),
+        false => diagnose(&machine, &recording, &options),
+    };
+    match verdict {
         Err(error) => Ok(Said::refusal(&error)),
         Ok(diagnosis) => super::seal::json(&diagnosis, &trial.case_folder(case)),
     }

@@ -121,6 +121,16 @@ fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }
 
+/// The largest feed that the drive of a machine can accelerate to in its acceleration time, in m/s or rad/s; 16 m/min or 10 rad/s where it
+/// has force to spare.
+pub fn largest_feed(machine: &Machine) -> f64 {
+    let feed = match machine.motion() {
+        units::Motion::Prismatic => FEEDS_M_PER_S[2],
+        units::Motion::Revolute => FEEDS_RAD_PER_S[2],
+    };
+    feed * voltage_share(machine, feed)
+}
+
 /// By how much feeds must be lower for accelerating to stay below the amplifier's limit.
 fn voltage_share(machine: &Machine, feed: f64) -> f64 {
     let constants = machine.constants();

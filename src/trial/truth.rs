@@ -3,6 +3,7 @@
 use super::engine::Engine;
 use super::laws::Otherwise;
 use super::nominal::NominalErrors;
+use super::real::Known;
 use super::strokes::Strokes;
 use super::tier::Tier;
 use crate::effect::{EffectId, Site};
@@ -10,12 +11,12 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// Schema of the truth file.
-pub const SCHEMA: &str = "slideway-truth/1";
+pub const SCHEMA: &str = "slideway-truth/2";
 
 /// What was hidden in all cases.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
-    /// `slideway-truth/1`.
+    /// `slideway-truth/2`.
     pub schema: String,
     /// Seed of the trial.
     pub seed: u64,
@@ -38,12 +39,15 @@ pub struct TrueCase {
     pub tier: Tier,
     /// Every effect by which the machine differs from the twin that is diagnosed; in the tier of changes, from the machine before.
     pub effects: Vec<HiddenEffect>,
-    /// What the twin that is diagnosed states already: friction of the guide.
+    /// What the twin that is diagnosed states beyond the machine's file, as it really is: friction of the guide.
     #[serde(default)]
-    pub stated: Vec<HiddenEffect>,
+    pub stated: Vec<Known>,
+    /// The settings by which it states that, within its tolerance.
+    #[serde(default)]
+    pub twin: BTreeMap<String, f64>,
     /// In the tier of changes, the effects that machine and twin differ by before and after alike; none elsewhere.
     #[serde(default)]
-    pub before: Vec<HiddenEffect>,
+    pub before: Vec<Known>,
     /// By how much the nominal parameters were off.
     pub nominal: NominalErrors,
     /// What the forged machine had that no law of the catalogue describes.
@@ -56,8 +60,11 @@ pub struct TrueCase {
     pub missing: Vec<String>,
     /// What everything hidden makes together beyond calibration, in standard deviations of the noise; see [`HiddenEffect::gap`].
     pub gap: f64,
+    /// Longest step of the plant that simulated it in s.
+    #[serde(default)]
+    pub step_s: f64,
     /// Error of the simulation itself against half its step, RMS, in standard deviations of the noise over √N; see
-    /// `convergence`.
+    /// [`converged`](super::convergence::converged).
     #[serde(default)]
     pub integration_error: f64,
 }
@@ -75,7 +82,7 @@ pub struct HiddenEffect {
     /// What it makes beside everything else that is hidden, beyond what constants inside their tolerances make up for: RMS over
     /// signals and samples in standard deviations of the noise, of training or held-out runs, whichever show less.
     pub gap: f64,
-    /// Effects that do the same on these runs, as far as their noise can tell; see `information`.
+    /// Effects that do the same on these runs, as far as their noise can tell; see [`Equals`](super::information::Equals).
     pub equals: Vec<EffectId>,
 }
 

@@ -1,0 +1,179 @@
+//! What blind trials draw: physical sizes, friction on a bristle, what nobody could tell apart, runs that have converged.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
+
+use slideway::effect::EffectId;
+use slideway::machine::Machine;
+use slideway::recording::Signal;
+use slideway::trial::draw::{Outcome, Site};
+use slideway::trial::engine::STEP_S;
+use slideway::trial::forge::logged;
+use slideway::trial::plan::Planned;
+use slideway::trial::truth::{HiddenEffect, TrueCase};
+use slideway::trial::{Engine, Seed, Tier};
+use std::path::Path;
+
+fn model(name: &str) -> Machine {
+    Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)).unwrap()
+}
+
+fn planned(tier: Tier, effects: &[EffectId], purpose: &str) -> Planned {
+    Planned {
+        tier,
+        effects: effects.to_vec(),
+        spare: Vec::new(),
+        missing: Vec::new(),
+        purpose: purpose.to_owned(),
+    }
+}
+
+fn drawn(machine: &Machine, planned: &Planned) -> Outcome {
+    let logged = logged(machine);
+    let site = Site { seed: Seed::new(11).unwrap(), machine, engine: Engine::Axis, logged: &logged };
+    site.case(planned).unwrap()
+}
+
+fn case(machine: &Machine, planned: &Planned) -> TrueCase {
+    match drawn(machine, planned) {
+        Outcome::Drawn(case) => *case,
+        Outcome::Skipped(effect, reason) => panic!("{}: {reason}", effect.name()),
+    }
+}
+
+fn asked_for(case: &TrueCase) -> Vec<&HiddenEffect> {
+    case.effects.iter().filter(|hidden| hidden.planned).collect()
+}
+
+/// Every effect of the catalogue can be forged on a machine that can have it. What each makes is what comes: some hardly show, some
+/// are plain to see.
+#[test]
+fn exact_every_effect_is_drawn_as_it_comes() {
+    let machine = model("grinder");
+    let constants = machine.constants();
+    let mut gaps = Vec::new();
+    for &effect in EffectId::ALL.iter().filter(|effect| effect.applies(&constants)) {
+        let case = case(&machine, &planned(Tier::Single, &[effect], effect.name()));
+        let own = asked_for(&case);
+        assert_eq!(own.iter().map(|hidden| hidden.effect).collect::<Vec<_>>(), [effect]);
+        assert!(own[0].gap.is_finite() && case.machine(&machine).is_ok(), "{}", effect.name());
+        println!("{:24} {:8.2} {:?} error {:.2}", effect.name(), own[0].gap, own[0].equals, case.integration_error);
+        gaps.push(own[0].gap);
+    }
+    assert!(gaps.iter().any(|gap| *gap < 1.0) && gaps.iter().any(|gap| *gap > 30.0), "{gaps:?}");
+}
+
+/// Half of the twins state friction, a third of the machines carry nuisances below three standard deviations, and all dry friction has
+/// a bristle.
+#[test]
+fn exact_friction_is_physical() {
+    let machine = model("grinder");
+    const CASES: usize = 60;
+    let (mut stated, mut carrying) = (0, 0);
+    for k in 0..CASES {
+        let case = case(&machine, &planned(Tier::Null, &[], &format!("null {k}")));
+        stated += usize::from(!case.stated.is_empty());
+        carrying += usize::from(!case.effects.is_empty());
+        let nuisances = [EffectId::Cogging, EffectId::AmplifierOffset];
+        for hidden in &case.effects {
+            assert!(!hidden.planned && nuisances.contains(&hidden.effect), "{hidden:?}");
+            // Nominal errors and the other nuisance move it a little.
+            assert!(hidden.gap < 3.3, "{hidden:?}");
+        }
+        let friction = case.machine(&machine).unwrap().constants().friction;
+        assert_eq!(friction.level(1.0, 0.0) > 0.0, friction.bristle.is_some());
+        // The twin states friction within its tolerance.
+        for known in &case.stated {
+            for (key, value) in &known.parameters {
+                let said = case.twin[&format!("effect.{}.{key}", known.effect.name())];
+                assert!((said / value - 1.0).abs() < 0.1 / 6.0 + 1e-12 && said != *value, "{key}");
+            }
+        }
+    }
+    // Binomial, three standard deviations.
+    assert!((18..=42).contains(&stated) && (9..=31).contains(&carrying), "{stated} {carrying} of {CASES}");
+}
+
+/// Friction that is hidden brings its bristle; a feature of it brings the friction.
+#[test]
+fn exact_what_stands_on_something_brings_it() {
+    let machine = model("grinder");
+    for k in 0..8 {
+        let one = |effect: EffectId| case(&machine, &planned(Tier::Single, &[effect], &format!("{effect:?} {k}")));
+        let has = |case: &TrueCase, effect: EffectId| {
+            case.effects.iter().any(|hidden| hidden.effect == effect) || case.stated.iter().any(|known| known.effect == effect)
+        };
+        for effect in [EffectId::CoulombFriction, EffectId::StribeckFriction, EffectId::LocalFriction] {
+            let case = one(effect);
+            assert!(has(&case, EffectId::Presliding), "{:?}", case.effects);
+        }
+        let case = one(EffectId::Presliding);
+        assert!(has(&case, EffectId::CoulombFriction), "{:?}", case.effects);
+        assert!(case.stated.iter().all(|known| known.effect != EffectId::Presliding));
+    }
+}
+
+/// A force and an encoder scale do the same to everything that is logged: Kt·i = m·x″ with x = s·reading. With a force logged they
+/// do not.
+#[test]
+fn exact_equals_come_from_the_information_of_the_truth() {
+    let machine = model("grinder");
+    let find = |logged: &[Signal], effect: EffectId| {
+        let site = Site { seed: Seed::new(11).unwrap(), machine: &machine, engine: Engine::Axis, logged };
+        match site.case(&planned(Tier::Single, &[effect], "equal")).unwrap() {
+            Outcome::Drawn(case) => asked_for(&case)[0].clone(),
+            Outcome::Skipped(_, reason) => panic!("{reason}"),
+        }
+    };
+    let signals = logged(&machine);
+    let scale = find(&signals, EffectId::EncoderScale);
+    println!("{scale:?}");
+    assert!(scale.gap > 1.0 && scale.equals.contains(&EffectId::ForceConstant), "{scale:?}");
+    let delay = find(&signals, EffectId::LoopDelay);
+    println!("{delay:?}");
+    assert!(delay.gap > 1.0 && delay.equals.is_empty(), "{delay:?}");
+    // Without current, an offset of the amplifier is a constant force.
+    let unseen: Vec<Signal> = signals.iter().copied().filter(|signal| *signal != Signal::Current).collect();
+    let offset = find(&unseen, EffectId::AmplifierOffset);
+    println!("{offset:?}");
+    assert!(offset.gap > 1.0 && offset.equals.contains(&EffectId::ConstantForce), "{offset:?}");
+}
+
+/// The forged run is as good as its noise can tell.
+#[test]
+fn exact_forged_runs_have_converged() {
+    let machine = model("grinder");
+    for effect in [EffectId::CoulombFriction, EffectId::DeadZone, EffectId::FlexibleMode] {
+        let case = case(&machine, &planned(Tier::Single, &[effect], "converged"));
+        println!("{}: {} at {} s", effect.name(), case.integration_error, case.step_s);
+        assert!(case.integration_error > 0.0 && case.integration_error <= 1.0, "{}", case.integration_error);
+        assert!(case.step_s <= STEP_S);
+    }
+}
+
+/// A changed machine differs from the one before by what was asked for, and nothing else.
+#[test]
+fn exact_a_change_is_what_was_asked_for() {
+    let machine = model("grinder");
+    let mut unexplained = 0;
+    for k in 0..8 {
+        let case = case(&machine, &planned(Tier::Change, &[EffectId::LoopDelay], &format!("change {k}")));
+        let (before, now) = (case.machine_before(&machine).unwrap(), case.machine(&machine).unwrap());
+        let delay = |machine: &Machine| machine.number("effect.loop_delay.delay_s");
+        assert_eq!((delay(&before), delay(&now)), (None, Some(asked_for(&case)[0].parameters["delay_s"])));
+        unexplained += usize::from(!case.before.is_empty());
+        assert!(!case.struck.contains(&EffectId::LoopDelay));
+    }
+    assert!((1..8).contains(&unexplained), "{unexplained}");
+}
+
+/// Where two effects cannot be forged together, the case hides another pair, so that a tier keeps its number.
+#[test]
+fn exact_pair_that_cannot_be_forged_gives_way_to_a_spare() {
+    let machine = model("emps");
+    let (payload, delay) = (EffectId::Payload, EffectId::LoopDelay);
+    // A direct motor has no winding.
+    let mut pair = planned(Tier::Pair, &[EffectId::WindingResistance, payload], "pair");
+    assert!(matches!(drawn(&machine, &pair), Outcome::Skipped(..)));
+    pair.spare = vec![vec![payload, delay]];
+    let case = case(&machine, &pair);
+    assert_eq!(asked_for(&case).iter().map(|hidden| hidden.effect).collect::<Vec<_>>(), [payload, delay]);
+}
