@@ -1,6 +1,7 @@
 //! A voltage at zero command.
 
 use super::law::infinite;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -13,6 +14,10 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// Constant over a run. Where neither current nor thrust is logged, or the motor is a direct one, it is exactly a
 /// constant force `−u_0·Kt/R`: no data tell the two apart.
+///
+/// # Prior
+/// u_0 of 0.1 to 2 % of the effort's full scale, log-uniform, either sign: 10 to 200 mV of a ±10 V input before it is trimmed. Data sheets
+/// of analogue servo amplifiers; Horowitz, Hill (2015), *The Art of Electronics*, 3rd ed., on offset and its drift.
 ///
 /// # Source
 /// Offset of any analogue amplifier or converter.
@@ -58,6 +63,10 @@ impl Law for AmplifierOffset {
     fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         let volt = scale.voltage_v;
         Sizes::one((1e-6, 0.3), move |s| drawn.sign * s * volt)
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        vec![prior.sign() * prior.log_uniform(0.001, 0.02) * machine.voltage_v]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,5 +1,6 @@
 //! Friction that differs between the two directions.
 
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,11 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// As Coulomb and viscous friction. With b = 0 and no bristles, the law is *exactly* Coulomb friction with a constant force
 /// −a·F_c: no data can tell the two apart.
+///
+/// # Prior
+/// a and b of 0.03 to 0.4 each, log-uniform, either sign, independent of each other. That friction differs between directions:
+/// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994); Janot, Gautier, Brunot (2019), whose worn screw lies inside. The bounds are an
+/// engineering estimate.
 ///
 /// # Source
 /// Janot, Gautier, Brunot (2019), section 4 (asymmetric friction of a worn screw).
@@ -88,6 +94,11 @@ impl Law for AsymmetricFriction {
         let (lean, sign) = (drawn.lean, drawn.sign);
         // In proportion to Coulomb friction it is a constant force.
         Sizes::new((1e-4, 0.8), move |s| vec![lean, sign * s]).from_reduced(vec![lean, 0.0])
+    }
+
+    fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let mut lean = || prior.sign() * prior.log_uniform(0.03, 0.4);
+        vec![lean(), lean()]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Back-EMF off its stated value.
 
 use super::law::{NOTHING_TO_CHANGE, negative};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
@@ -13,6 +14,12 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// Ke ≥ 0. Where the amplifier closes a fast current loop around the winding, that loop hides it.
+///
+/// # Prior
+/// Where a constant is stated, Ke is 0.8 to 1.05 times it, uniform, as [`ForceConstant`](super::ForceConstant) is: both come from the same
+/// flux. Where none is, Ke is 2 to 100 % of the force constant in SI units, log-uniform: all of it in a winding that is fed
+/// with voltage as the energy balance has it, a small share where the amplifier compensates most. Leonhard, *Control of Electrical
+/// Drives*, 3rd ed. (2001); data sheets of servo motors.
 ///
 /// # Source
 /// Any text on electrical drives.
@@ -75,6 +82,15 @@ impl Law for BackEmf {
         };
         let least = BEYOND * absorbed.resistance * like_it / whole;
         Sizes::one((least.max(1e-5), 1.5), move |s| stated + s * whole)
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let stated = Self::neutral(&machine.constants).first().copied().unwrap_or(0.0);
+        vec![if stated > 0.0 {
+            stated * prior.uniform(0.8, 1.05)
+        } else {
+            machine.constants.force_constant().abs() * prior.log_uniform(0.02, 1.0)
+        }]
     }
 
     fn unlike(&self) -> Unlike {

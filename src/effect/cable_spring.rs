@@ -1,6 +1,7 @@
 //! A spring between moving part and base.
 
 use super::law::{infinite, negative};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,10 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// Linear over the travel, no hysteresis. On a travel that is short against |x − x_0| it is a constant force.
+///
+/// # Prior
+/// k takes 0.2 to 10 % of the rated force over the travel, log-uniform; x_0 anywhere on the travel, uniform. Resistances in catalogues of
+/// bellows, way covers and energy chains; the bounds are an engineering estimate.
 ///
 /// # Source
 /// Hooke's law.
@@ -66,6 +71,11 @@ impl Law for CableSpring {
         let (force, stroke) = (scale.force, scale.stroke);
         let centre = stroke * drawn.share[0];
         Sizes::new((1e-6, 0.5), move |s| vec![s * force / stroke.abs(), centre])
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let force = prior.log_uniform(0.002, 0.10) * machine.rated_force;
+        vec![force / machine.travel.abs(), machine.travel * prior.uniform(0.0, 1.0)]
     }
 
     fn unlike(&self) -> Unlike {

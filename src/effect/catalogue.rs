@@ -80,6 +80,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::sizes(scale, absorbed, drawn),)+ }
             }
 
+            /// See [`Law::draw`].
+            pub fn draw(self, machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+                match self { $(Self::$law => <$law as Law>::draw(machine, prior),)+ }
+            }
+
             /// See [`Law::NOMINAL`].
             pub fn nominal(self) -> Option<Nominal> {
                 match self { $(Self::$law => <$law as Law>::NOMINAL,)+ }

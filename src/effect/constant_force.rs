@@ -1,6 +1,7 @@
 //! A constant force along the axis.
 
 use super::law::infinite;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
@@ -14,6 +15,10 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// At standstill on a guide with friction it acts only as far as friction does not hold it.
+///
+/// # Prior
+/// F_0 of 0.1 to 10 % of the rated force, log-uniform, either sign: a guide a millimetre per metre out of level, a hanging cable, a
+/// counterbalance that is filled too high or too low. Sizing guides for vertical axes in catalogues of servo motors and linear guides.
 ///
 /// # Source
 /// Janot, Gautier, Brunot (2019), eq. 2, term `offset`, same sign.
@@ -76,6 +81,10 @@ impl Law for ConstantForce {
     fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         let force = scale.force;
         Sizes::one((1e-6, 0.3), move |s| drawn.sign * s * force)
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        vec![prior.sign() * prior.log_uniform(0.001, 0.10) * machine.rated_force]
     }
 
     fn unlike(&self) -> Unlike {

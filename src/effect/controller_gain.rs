@@ -1,6 +1,7 @@
 //! Gains of the controller that are not those stated, each an effect of its own.
 
 use super::law::{negative, not_positive};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::controller::Controller;
@@ -31,6 +32,10 @@ macro_rules! gain {
         ///
         /// # Validity
         /// The law itself is the one stated, and states this gain other than zero.
+        ///
+        /// # Prior
+        /// f of 0.5 to 1.5, uniform. Tuning rules differ by as much, and gain margins of two and more allow it: Åström, Hägglund
+        /// (2006), *Advanced PID Control*; Altintas et al. (2011), *Machine tool feed drives*.
         ///
         /// # Source
         /// [`Controller`](crate::controller::Controller).
@@ -78,6 +83,10 @@ macro_rules! gain {
 
             fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
                 Sizes::one((1e-4, 0.5), move |s| 1.0 + drawn.sign * s)
+            }
+
+            fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+                vec![prior.uniform(0.5, 1.5)]
             }
 
             fn unlike(&self) -> Unlike {

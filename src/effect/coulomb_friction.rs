@@ -1,6 +1,7 @@
 //! Coulomb friction of the guide.
 
 use super::law::negative;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -17,6 +18,10 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// Gross sliding and ideal sticking. Stiction, presliding, load and direction are features that modify it, see
 /// [`DryFriction`](crate::guide::DryFriction).
+///
+/// # Prior
+/// F_c of 0.2 to 20 % of the rated force, log-uniform: from a linear guide without seals to a preloaded screw or a gearbox. Friction in
+/// catalogues of linear guides and ball screws, such as those of THK, HIWIN and NSK.
 ///
 /// # Source
 /// Coulomb (1785); Janot, Gautier, Brunot (2019), eq. 2, term `Fc·sign(q̇)`.
@@ -69,6 +74,10 @@ impl Law for CoulombFriction {
     fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
         let force = scale.force;
         Sizes::one((1e-6, 0.2), move |s| s * force)
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        vec![prior.log_uniform(0.002, 0.20) * machine.rated_force]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Bandwidth of the current loop off its stated value.
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::prior::{Machinery, Prior};
 use super::{
     Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
     Unlike,
@@ -22,6 +23,10 @@ use std::f64::consts::TAU;
 /// # Validity
 /// Torque-controlled drives; the lag of a voltage-fed winding is its inductance. A lag much shorter than the sample period is
 /// a delay of τ.
+///
+/// # Prior
+/// f_c of 50 to 2000 Hz, log-uniform: a large motor on a slow bridge to a small one switched at 16 kHz. Leonhard, *Control of Electrical
+/// Drives*, 3rd ed. (2001); data sheets of servo drives.
 ///
 /// # Source
 /// Leonhard, *Control of Electrical Drives*, 3rd ed. (2001): the closed current loop as a first-order lag.
@@ -106,6 +111,10 @@ impl Law for CurrentLoop {
     fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
         let rate = 1.0 / scale.constants.sample_period_s;
         Sizes::one((0.3, 1e3), move |s| rate / (std::f64::consts::TAU * s))
+    }
+
+    fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        vec![prior.log_uniform(50.0, 2000.0)]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,9 +1,31 @@
 //! Steps of the encoder coarser than stated.
 
 use super::law::not_positive;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use crate::units::Motion;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
+
+/// Steps of linear encoders in m.
+const STEPS_M: [f64; 9] = [10e-9, 50e-9, 100e-9, 200e-9, 500e-9, 1e-6, 2e-6, 5e-6, 10e-6];
+/// Counts in a turn of rotary encoders.
+const COUNTS: [f64; 13] = [
+    1000.0,
+    1024.0,
+    2000.0,
+    2048.0,
+    4000.0,
+    4096.0,
+    8000.0,
+    8192.0,
+    10000.0,
+    16384.0,
+    65536.0,
+    131_072.0,
+    1_048_576.0,
+];
 
 /// Readings in coarser steps than stated: lost interpolation, a wrong divider, a log with few digits.
 ///
@@ -14,6 +36,11 @@ use serde::{Deserialize, Serialize};
 /// The step is read off the recorded positions, which all lie on its grid; the fit decides only whether the loop ran on
 /// it. A log that was rounded later leaves the loop alone. In a loop that differentiates the readings, a step crossed a
 /// moment earlier makes another course of all that follows: what the twin's noise floor makes of that is noise.
+///
+/// # Prior
+/// A step that encoders have, any alike of those at least twice the stated one: 10, 50, 100, 200 or 500 nm, 1, 2, 5 or 10 µm; on a revolute axis
+/// 2π/n with n of 1000 to 10000 counts of usual line discs read fourfold, or of 2¹⁰ to 2²⁰. Where none is coarser than stated, 2, 4, 5
+/// or 10 times that. Catalogues of linear and rotary encoders and their interpolation electronics.
 ///
 /// # Source
 /// Quantisation.
@@ -62,6 +89,20 @@ impl Law for EncoderResolution {
         let (step, travel) = (scale.constants.encoder_step, scale.stroke.abs());
         let step = if step > 0.0 { step } else { 1e-6 * travel };
         Sizes::one((3.0, 1e3), move |s| s * step)
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let stated = machine.constants.encoder_step;
+        let steps: Vec<f64> = match machine.motion {
+            Motion::Prismatic => STEPS_M.to_vec(),
+            Motion::Revolute => COUNTS.iter().map(|counts| TAU / counts).collect(),
+        };
+        let coarser: Vec<f64> = steps.into_iter().filter(|step| *step >= 2.0 * stated).collect();
+        vec![if coarser.is_empty() {
+            stated * prior.one_of(&[2.0, 4.0, 5.0, 10.0])
+        } else {
+            prior.one_of(&coarser)
+        }]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Scale of the encoder off its stated value.
 
 use super::law::not_positive;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
@@ -14,6 +15,11 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// On position, velocity, effort and current it is exactly a force constant off by the same factor f: only a force
 /// signal or a second sensor tells them apart.
+///
+/// # Prior
+/// With probability one half a scale that is warm or cold: |f − 1| of 1e-5 to 1e-3, log-uniform; steel gains 11e-6/K, so that is 1 to
+/// 90 K. Else a wrong lead, ratio or number of lines: |f − 1| of 1 to 20 %, log-uniform. Either sign. Thermal expansion in catalogues of
+/// linear encoders; the wrong numbers are an engineering estimate.
 ///
 /// # Source
 /// Unit conversion; thermal expansion of steel scales, 10.5 µm/(m·K).
@@ -62,6 +68,12 @@ impl Law for EncoderScale {
 
     fn sizes(_scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         Sizes::one((least_beyond(absorbed.force_constant), 0.2), move |s| 1.0 + drawn.sign * s)
+    }
+
+    fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let is_thermal = prior.chance(0.5);
+        let off = if is_thermal { prior.log_uniform(1e-5, 1e-3) } else { prior.log_uniform(0.01, 0.20) };
+        vec![1.0 + prior.sign() * off]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Vibration from outside: a force in time.
 
 use super::law::{infinite, not_positive};
+use super::prior::{Machinery, Prior};
 use super::sizing::between;
 use super::{
     Absorbed, Constants, Door, Drawn, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch, Unlike,
@@ -21,6 +22,11 @@ use std::f64::consts::TAU;
 ///
 /// # Validity
 /// One steady frequency below half the sample rate, the same in all runs, at standstill too.
+///
+/// # Prior
+/// f of 5 to 60 Hz, log-uniform, below 0.4 times the sample rate: fans, pumps, presses and the floor. A of 0.05 to 2 % of the rated
+/// force, log-uniform. Rivin (2003), *Passive Vibration Isolation*; data sheets of fans and pumps for the speeds. The force's bounds
+/// are an engineering estimate.
 ///
 /// # Source
 /// Rivin (2003), *Passive Vibration Isolation*.
@@ -82,6 +88,12 @@ impl Law for ExternalVibration {
         let (force, nyquist) = (scale.force, 0.5 / scale.constants.sample_period_s);
         let frequency = between(8.0, (0.1 * nyquist).clamp(10.0, 60.0), drawn.share[0]);
         Sizes::new((1e-7, 0.2), move |s| vec![frequency, s * force])
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let most = (0.4 / machine.constants.sample_period_s).min(60.0);
+        let frequency = prior.log_uniform((0.5 * most).min(5.0), most);
+        vec![frequency, prior.log_uniform(0.0005, 0.02) * machine.rated_force]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! A mode that the twin does not list.
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::base::{Mode, Modes};
@@ -15,6 +16,11 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// Linear; the sensor sits where the motor drives (collocated). 0 < ζ < 1.
+///
+/// # Prior
+/// ω/2π of 8 to 400 Hz, log-uniform, below a fifth of the sample rate. M of 2 to 100 times the moving mass, log-uniform: a ratio of 1 to 50 %.
+/// ζ of 0.005 to 0.06, log-uniform: from welded steel to bolted and greased joints. Altintas et al. (2011), *Machine tool feed drives*;
+/// Ewins (2000), *Modal Testing*; Rivin (2003), *Passive Vibration Isolation*, for machines on mounts.
 ///
 /// # Source
 /// Modal form of the drive-point receptance, Ewins (2000), *Modal Testing*, section 2.4.
@@ -82,6 +88,13 @@ impl Law for FlexibleMode {
         let frequency = between(0.25 * most, most, drawn.share[0]);
         let damping = between(0.015, 0.06, drawn.share[1]);
         Sizes::new((1e-4, 0.5), move |s| vec![frequency, mass / s, damping])
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let most = (0.2 / machine.constants.sample_period_s).min(400.0);
+        let frequency = prior.log_uniform((0.5 * most).min(8.0), most);
+        let mass = machine.constants.moving_mass / prior.log_uniform(0.01, 0.5);
+        vec![frequency, mass, prior.log_uniform(0.005, 0.06)]
     }
 
     fn unlike(&self) -> Unlike {

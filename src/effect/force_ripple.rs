@@ -2,6 +2,7 @@
 
 use super::harmonics::wave;
 use super::law::{infinite, not_positive};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,12 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// Two harmonics of one pitch, in proportion to current: what remains without current is cogging. Back-EMF keeps its
 /// mean constant.
+///
+/// # Prior
+/// First harmonic of 1 to 15 % of the motor's force, log-uniform; second one 0 to 40 % of it; both phases anywhere. p is 10 to 60 mm,
+/// uniform; on a revolute axis 2π/n with 2 to 84 poles, slots or their least common multiple in a turn of the motor, log-uniform; with
+/// probability one half a pitch that the machine file states. Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs Handbook*;
+/// catalogues of linear and torque motors.
 ///
 /// # Source
 /// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8.
@@ -33,6 +40,14 @@ pub struct ForceRipple {
     /// c₂.
     #[serde(default)]
     pub cosine_2: f64,
+}
+
+impl ForceRipple {
+    /// Draws ripple of a pitch.
+    pub(super) fn of_pitch(pitch: f64, _machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let amplitude = prior.log_uniform(0.01, 0.15);
+        prior.wave(pitch, amplitude)
+    }
 }
 
 impl Law for ForceRipple {
@@ -82,6 +97,11 @@ impl Law for ForceRipple {
 
     fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         Sizes::new((1e-6, 0.2), move |s| drawn.wave(s))
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let pitch = prior.stated_pitch(machine).unwrap_or_else(|| prior.motor_pitch(machine));
+        Self::of_pitch(pitch, machine, prior)
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Friction that fades or grows over the session.
 
 use super::law::infinite;
+use super::prior::{Machinery, Prior};
 use super::{
     Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
     Unlike,
@@ -19,6 +20,11 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// Sessions short against the time in which friction settles: the first-order part of `1 + d·(1 − e^(−t/τ))` with r = d/τ.
 /// When each run begins within the session, [`Recording::new`](crate::recording::Recording::new) says.
+///
+/// # Prior
+/// r = d/τ: friction settles 5 to 30 % lower or higher, uniform and either sign, over a time τ of 2 to 30 min, log-uniform. It fades while
+/// grease warms, and grows while a guide runs dry. Bittencourt, Gunnarsson (2012); thermal time constants of guides and screws:
+/// Altintas et al. (2011), *Machine tool feed drives*.
 ///
 /// # Source
 /// First-order part of an exponential warm-up; Bittencourt, Gunnarsson (2012), *Static friction in a robot joint: modeling and
@@ -64,6 +70,10 @@ impl Law for FrictionDrift {
     fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         // Half more or less over a session of a minute, at most.
         Sizes::one((1e-6, 1e-2), move |s| drawn.sign * s)
+    }
+
+    fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        vec![prior.sign() * prior.uniform(0.05, 0.30) / prior.log_uniform(120.0, 1800.0)]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,8 +1,8 @@
 //! Cogging and force ripple of further pitches.
 
 use super::{
-    Absorbed, Cogging, Constants, Door, Drawn, EffectId, ForceRipple, Law, Likeness, Nominal, Parameter,
-    Scale, Site, Sizes, Stretch, Unlike,
+    Absorbed, Cogging, Constants, Door, Drawn, EffectId, ForceRipple, Law, Likeness, Machinery, Nominal,
+    Parameter, Prior, Scale, Site, Sizes, Stretch, Unlike,
 };
 use serde::{Deserialize, Serialize};
 
@@ -17,6 +17,11 @@ macro_rules! further {
         ///
         /// # Validity
         /// As the law of the first pitch. It is looked for once the pitch before it is there.
+        ///
+        /// # Prior
+        /// As the law of the first pitch, but never at a stated pitch: p is 10 to 60 mm, uniform, or 2π/n with 2 to 84 poles, slots or
+        /// their least common multiple in a turn of the motor, log-uniform. Amplitudes alike: a second pitch is not always the
+        /// smaller one. Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs Handbook*; catalogues of linear motors.
         ///
         /// # Source
         /// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8; Zhu, Howe (2000), *Influence of design
@@ -67,6 +72,11 @@ macro_rules! further {
 
             fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
                 $law::sizes(scale, absorbed, drawn)
+            }
+
+            fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+                let pitch = prior.motor_pitch(machine);
+                $law::of_pitch(pitch, machine, prior)
             }
 
             fn unlike(&self) -> Unlike {

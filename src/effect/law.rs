@@ -1,5 +1,6 @@
 //! What every law of the catalogue says of itself.
 
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Likeness, Stretch};
 use crate::units::Motion;
@@ -285,6 +286,10 @@ pub trait Law: Sized {
     /// Sizes from which blind trials draw: what such machines may have, from hardly there to large, whatever a diagnosis can
     /// find of it.
     fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes;
+
+    /// Draws its parameters, in the law's order, as machines have them, whatever a diagnosis finds of it: from the distribution under
+    /// `Prior` in its documentation. They are allowed values on every machine that [can have](Self::lacks) the effect.
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64>;
 
     /// What a machine of a blind trial does otherwise.
     fn unlike(&self) -> Unlike;

@@ -1,6 +1,7 @@
 //! Friction in proportion to what the sliders carry or the transmission transmits.
 
 use super::law::{NOTHING_TO_CHANGE, negative};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -18,6 +19,11 @@ use serde::{Deserialize, Serialize};
 /// Sliders: while every one stays pressed down and the carried mass does not change, Σ|N_i| is the weight: it is then exactly
 /// Coulomb friction. They part when a slider lifts under acceleration, or between runs with different payload.
 /// Transmission: driven forward and backward alike, as in gearboxes of good efficiency; μ < 1, from 1 on it would lock itself.
+///
+/// # Prior
+/// μ of 0.002 to 0.02 on sliders, log-uniform: rolling guides, from balls to rollers with preload and seals. Of a transmission 0.02 to 0.2,
+/// log-uniform: what efficiencies of 98 to 80 % leave. Catalogues of linear guides, such as those of THK and HIWIN; catalogues of
+/// planetary, worm and servo gearboxes.
 ///
 /// # Source
 /// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports). On gears: Duclusaud et al., *Extended
@@ -74,6 +80,11 @@ impl Law for LoadDependentFriction {
         } else {
             Sizes::one((1e-4, 0.4), move |s| s)
         }
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let sliders = machine.constants.has_slider_loads;
+        vec![if sliders { prior.log_uniform(0.002, 0.02) } else { prior.log_uniform(0.02, 0.2) }]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Time between commanded and applied voltage.
 
 use super::law::negative;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,10 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// 0 ≤ τ. Computation, bus and PWM dead time. A delay of a *recorded channel* moves that channel only and
 /// is another finding.
+///
+/// # Prior
+/// τ of 0 to 4 sample periods, uniform: computation takes up to one, a field bus one or two, and the bridge holds its voltage for
+/// another half. Åström, Wittenmark, *Computer-Controlled Systems*; cycle times of drive and field-bus manuals.
 ///
 /// # Source
 /// Åström, Wittenmark, *Computer-Controlled Systems*, section 2.3 (fractional delay under a zero-order hold).
@@ -60,6 +65,10 @@ impl Law for LoopDelay {
     fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
         let period = scale.constants.sample_period_s;
         Sizes::one((5e-3, 4.0), move |s| s * period)
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        vec![prior.uniform(0.0, 4.0) * machine.constants.sample_period_s]
     }
 
     fn unlike(&self) -> Unlike {

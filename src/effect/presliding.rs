@@ -1,6 +1,7 @@
 //! Presliding friction: bristles that deflect before they slide.
 
 use super::law::{negative, not_positive};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::Bristle;
@@ -14,6 +15,12 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// Motions after which the axis has travelled many times g/σ₀ look as without it. Without dry friction it does nothing.
+///
+/// # Prior
+/// The axis breaks away over 1 to 50 µm, log-uniform, on a revolute axis at the bearing's radius of 10 to 50 mm: 2e-5 to 5e-3 rad. σ₀ is
+/// the Coulomb friction that it modifies over that distance, σ₁ that of a damping ratio of 0.05 to 1 of the moving mass on σ₀, log-uniform.
+/// Without Coulomb friction, 2 % of the rated force stands for it. Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), on breakaway
+/// distances; Canudas de Wit, Olsson, Åström, Lischinsky (1995), on the damping.
 ///
 /// # Source
 /// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*.
@@ -74,6 +81,13 @@ impl Law for Presliding {
             let stiffness = drawn.coulomb / (s * travel);
             vec![stiffness, 2.0 * ratio * (stiffness * mass).sqrt()]
         })
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let surface = prior.log_uniform(1e-6, 50e-6);
+        let stiffness = machine.friction() / prior.at_surface(surface, machine);
+        let ratio = prior.log_uniform(0.05, 1.0);
+        vec![stiffness, 2.0 * ratio * (stiffness * machine.constants.moving_mass).sqrt()]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,11 +1,19 @@
 //! Lead error of the drive train, periodic in position.
 
 use super::law::{LOAD_UNSEEN, infinite, not_positive};
+use super::prior::{Machinery, Prior};
 use super::reading_error::error;
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
+use crate::units::Motion;
 use serde::{Deserialize, Serialize};
+
+/// A minute of arc in rad.
+const ARCMIN: f64 = std::f64::consts::TAU / 21600.0;
+/// Nominal leads of ball screws in m, ISO 3408-2.
+const LEADS_M: [f64; 13] =
+    [0.002, 0.0025, 0.003, 0.004, 0.005, 0.006, 0.008, 0.010, 0.012, 0.016, 0.020, 0.025, 0.040];
 
 /// Periodic lead error: the load runs ahead of and behind the motor once a turn of the screw.
 ///
@@ -18,6 +26,12 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// Kinematic: small slopes, no inertia of its own. With a single sensor at the load it is exactly a periodic error of
 /// that sensor; a second sensor at the motor tells them apart.
+///
+/// # Prior
+/// p is a nominal lead of 2 to 40 mm, any alike; on a revolute axis a turn of the motor divided by 1 to 100 teeth or cams, log-uniform; with
+/// probability one half a pitch that the machine file states. Amplitude of 0.5 to 20 µm, log-uniform, or 0.1 to 3 arcmin (0.029 to
+/// 0.87 mrad); 1 % of p at most. Phase anywhere; f = 0. ISO 3408-2 for the leads; ISO 3408-3 for the travel variation within one
+/// revolution, ground and rolled; catalogues of planetary and strain-wave gearboxes for their transmission errors.
 ///
 /// # Source
 /// ISO 3408-3, travel variation within one revolution.
@@ -90,6 +104,18 @@ impl Law for ScrewError {
     fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         let (travel, both_flanks) = (scale.stroke.abs(), 0.0);
         Sizes::new((1e-8, 1e-3), move |s| [&drawn.wave(s * travel)[..3], &[both_flanks]].concat())
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let stated = prior.stated_pitch(machine);
+        let (pitch, amplitude) = match machine.motion {
+            Motion::Prismatic => (prior.one_of(&LEADS_M), prior.log_uniform(0.5e-6, 20e-6)),
+            Motion::Revolute => {
+                (machine.turn() / prior.count(1.0, 100.0), prior.log_uniform(0.1, 3.0) * ARCMIN)
+            }
+        };
+        let (pitch, both_flanks) = (stated.unwrap_or(pitch), 0.0);
+        [prior.periodic(pitch, amplitude.min(0.01 * pitch)), vec![both_flanks]].concat()
     }
 
     fn unlike(&self) -> Unlike {

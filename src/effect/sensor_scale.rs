@@ -1,6 +1,7 @@
 //! Scale of a logged current or effort off its stated value.
 
 use super::law::not_positive;
+use super::prior::{Machinery, Prior};
 use super::{
     Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
     Unlike,
@@ -8,6 +9,7 @@ use super::{
 use crate::recording::Signal;
 use crate::sensor::LogScale;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 
 /// A logged current or control effort whose unit is not the stated one: per cent taken for ampere, peak for RMS, a gain of the
 /// analogue output.
@@ -21,6 +23,12 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// Signals that were logged; the factor of one that was not stays 1. Where a current drives the replay, its factor f_i is
 /// exactly a force constant off by 1/f_i: only a logged force or effort tells them apart.
+///
+/// # Prior
+/// Two times in three the current is wrong, else the effort; the other one's factor is 1. Of the current: √2 or 1/√2 (peak and RMS), 2 or 1/2
+/// (a range, a factor of two between amplitude and span), or with probability one fifth a gain within ±10 %, uniform. Of the
+/// effort: 2, 1/2, or with probability one third such a gain. Manuals of servo drives and of current probes, which scale by
+/// range, RMS and peak.
 ///
 /// # Source
 /// Unit conversion; RMS and peak of a phase current differ by √2.
@@ -80,6 +88,16 @@ impl Law for SensorScale {
 
     fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         Sizes::new((1e-4, 0.6), move |s| vec![1.0 + drawn.sign * s, 1.0])
+    }
+
+    fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        if prior.chance(2.0 / 3.0) {
+            let gain = prior.uniform(0.9, 1.1);
+            vec![prior.one_of(&[SQRT_2, FRAC_1_SQRT_2, 2.0, 0.5, gain]), 1.0]
+        } else {
+            let gain = prior.uniform(0.9, 1.1);
+            vec![1.0, prior.one_of(&[2.0, 0.5, gain])]
+        }
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Stiction that decays with speed.
 
 use super::law::not_positive;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::Stribeck;
@@ -18,6 +19,11 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// Static: no memory of how long the axis stood. At speeds well above v_s it does nothing.
+///
+/// # Prior
+/// p of 1.1 to 2, uniform; v_s of 1 to 30 mm/s, log-uniform, on a revolute axis at the bearing's or seal's radius of 10 to 50 mm: 0.02 to
+/// 3 rad/s. Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), *A survey of models, analysis tools and compensation methods for the
+/// control of machines with friction*; Canudas de Wit, Olsson, Åström, Lischinsky (1995).
 ///
 /// # Source
 /// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2.
@@ -80,6 +86,12 @@ impl Law for StribeckFriction {
     fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         let slow = scale.speed * between(0.02, 0.1, drawn.share[0]);
         Sizes::new((1e-3, 2.0), move |s| vec![1.0 + s, slow])
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let peak = prior.uniform(1.1, 2.0);
+        let surface = prior.log_uniform(1e-3, 30e-3);
+        vec![peak, prior.at_surface(surface, machine)]
     }
 
     fn unlike(&self) -> Unlike {

@@ -2,6 +2,7 @@
 
 use super::controller_gain::gain_is_absent;
 use super::law::infinite;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::controller::Controller;
@@ -14,6 +15,10 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// The law itself is the one stated.
+///
+/// # Prior
+/// Where a share is stated, k_f is 0.5 to 1.5 times it, uniform; where none is, it is switched on: 0 to 1, uniform. Retuning by half is
+/// within what tuning rules differ by: Åström, Hägglund (2006), *Advanced PID Control*.
 ///
 /// # Source
 /// [`Controller`].
@@ -65,6 +70,11 @@ impl Law for VelocityFeedforward {
         // Towards the middle of none and all, so that it stays between them.
         let sign = if stated < 0.5 { 1.0 } else { -1.0 };
         Sizes::one((1e-4, 0.5), move |s| stated + sign * s)
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let stated = Self::neutral(&machine.constants).first().copied().unwrap_or(0.0);
+        vec![if stated == 0.0 { prior.uniform(0.0, 1.0) } else { stated * prior.uniform(0.5, 1.5) }]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Smoothing of the velocity estimate off its stated value.
 
 use super::law::negative;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -12,6 +13,10 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// τ ≥ 0; a filter of higher order looks like this one up to its bandwidth.
+///
+/// # Prior
+/// τ of 0.1 to 4 sample periods, log-uniform, in the place of the stated one: what a drive offers against the ripple of a differentiated
+/// encoder. Manuals of servo drives; Ellis (2012), *Control System Design Guide*, 4th ed.
 ///
 /// # Source
 /// [`VelocityEstimate`](crate::sensor::VelocityEstimate).
@@ -56,6 +61,10 @@ impl Law for VelocityFilter {
         let own = scale.constants.velocity.time_constant_s();
         let period = scale.constants.sample_period_s;
         Sizes::one((1e-3, 30.0), move |s| own + s * period)
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        vec![prior.log_uniform(0.1, 4.0) * machine.constants.sample_period_s]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,6 +1,7 @@
 //! Viscous friction of the guide off its stated value.
 
 use super::law::negative;
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
@@ -14,6 +15,12 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// Hydrodynamic drag of grease, seals and wipers at constant temperature. Part of the twin's linear
 /// dynamics, so it is integrated exactly.
+///
+/// # Prior
+/// With probability one half, where a coefficient is stated, grease of another temperature or kind: c is 0.4 to 2.5 times it, log-uniform.
+/// Else a seal or wiper drags beside what is stated, and takes 0.2 to 20 % of the rated force at the largest feed, log-uniform.
+/// Bittencourt, Gunnarsson (2012), *Static friction in a robot joint*, on temperature; friction in catalogues of linear guides and
+/// rolling bearings with seals.
 ///
 /// # Source
 /// Any text on servo axes; Janot, Gautier, Brunot (2019), eq. 2, term `Fv·q̇`.
@@ -70,6 +77,15 @@ impl Law for ViscousFriction {
         } else {
             Sizes::one((1e-5, 3.0), move |s| s * viscous)
         }
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let stated = machine.constants.viscous;
+        vec![if stated > 0.0 && prior.chance(0.5) {
+            stated * prior.log_uniform(0.4, 2.5)
+        } else {
+            stated + prior.log_uniform(0.002, 0.20) * machine.rated_force / machine.speed
+        }]
     }
 
     fn unlike(&self) -> Unlike {

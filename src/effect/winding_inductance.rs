@@ -1,6 +1,7 @@
 //! Winding inductance off its stated value.
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
@@ -13,6 +14,11 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// Constant over a run: no dependence on current or position.
+///
+/// # Prior
+/// L of 0.7 to 1.3 times the stated one, uniform: data sheets give inductances to 20 to 30 %, iron saturates, and lines between or to the
+/// star point are mistaken. Data sheets of servo motors; Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs Handbook*, on
+/// saturation.
 ///
 /// # Source
 /// Any text on electrical drives.
@@ -62,6 +68,11 @@ impl Law for WindingInductance {
     fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
         Sizes::one((least_beyond(absorbed.inductance), 0.6), move |s| stated * (1.0 + drawn.sign * s))
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let stated = Self::neutral(&machine.constants).first().copied().unwrap_or(0.0);
+        vec![stated * prior.uniform(0.7, 1.3)]
     }
 
     fn unlike(&self) -> Unlike {

@@ -1,10 +1,14 @@
 //! Winding resistance off its stated value.
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::prior::{Machinery, Prior};
 use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
+
+/// Relative change of copper's resistance per kelvin.
+const COPPER_PER_K: f64 = 0.0039;
 
 /// Winding resistance off its stated value.
 ///
@@ -13,6 +17,10 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Validity
 /// Constant over a run. Copper gains 0.39 % per kelvin, so a warm winding is 20 to 40 % above its cold value.
+///
+/// # Prior
+/// A winding at another temperature: R = R_stated·(1 + 0.0039/K·ΔT), ΔT of −10 to +100 K, uniform. IEC 60034-1: class F allows a rise
+/// of 105 K; IEC 60228: copper.
 ///
 /// # Source
 /// Temperature coefficient of copper, IEC 60228.
@@ -65,6 +73,11 @@ impl Law for WindingResistance {
     fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
         let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
         Sizes::one((least_beyond(absorbed.resistance), 0.4), move |s| stated * (1.0 + drawn.sign * s))
+    }
+
+    fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
+        let stated = Self::neutral(&machine.constants).first().copied().unwrap_or(0.0);
+        vec![stated * (1.0 + COPPER_PER_K * prior.uniform(-10.0, 100.0))]
     }
 
     fn unlike(&self) -> Unlike {
