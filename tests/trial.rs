@@ -293,8 +293,9 @@ fn exact_plan_is_even_and_pairs_are_possible() {
     }
     for triple in of(Tier::Triple) {
         let [a, b, c] = triple.effects[..] else { panic!("{triple:?}") };
-        let is_pair =
-            |a: EffectId, b: EffectId| a != b && !a.modifies().contains(&b) && !b.modifies().contains(&a) && !equal(a, b);
+        let is_pair = |a: EffectId, b: EffectId| {
+            a != b && !a.modifies().contains(&b) && !b.modifies().contains(&a) && !equal(a, b)
+        };
         assert!(is_pair(a, b) && is_pair(a, c) && is_pair(b, c), "{triple:?}");
     }
     assert!(of(Tier::Single).all(|p| p.spare.is_empty()));
@@ -329,8 +330,13 @@ fn exact_payload_is_struck_with_the_force_constant() {
     }
 }
 
-const OTHERWISE: Otherwise =
-    Otherwise { bristle_deflection: 4e-8, bristle_damping: 0.7, harmonics: [0.0; 2], phases: [0.0; 2] };
+const OTHERWISE: Otherwise = Otherwise {
+    bristle_deflection: 4e-8,
+    bristle_damping: 0.7,
+    harmonics: [0.0; 2],
+    phases: [0.0; 2],
+    foreign: None,
+};
 
 fn strokes() -> Strokes {
     Strokes {

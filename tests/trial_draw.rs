@@ -55,7 +55,13 @@ fn exact_every_effect_is_drawn_as_it_comes() {
         let own = asked_for(&case);
         assert_eq!(own.iter().map(|hidden| hidden.effect).collect::<Vec<_>>(), [effect]);
         assert!(own[0].gap.is_finite() && case.machine(&machine).is_ok(), "{}", effect.name());
-        println!("{:24} {:8.2} {:?} error {:.2}", effect.name(), own[0].gap, own[0].equals, case.integration_error);
+        println!(
+            "{:24} {:8.2} {:?} error {:.2}",
+            effect.name(),
+            own[0].gap,
+            own[0].equals,
+            case.integration_error
+        );
         gaps.push(own[0].gap);
     }
     assert!(gaps.iter().any(|gap| *gap < 1.0) && gaps.iter().any(|gap| *gap > 30.0), "{gaps:?}");
@@ -97,9 +103,11 @@ fn exact_friction_is_physical() {
 fn exact_what_stands_on_something_brings_it() {
     let machine = model("grinder");
     for k in 0..8 {
-        let one = |effect: EffectId| case(&machine, &planned(Tier::Single, &[effect], &format!("{effect:?} {k}")));
+        let one =
+            |effect: EffectId| case(&machine, &planned(Tier::Single, &[effect], &format!("{effect:?} {k}")));
         let has = |case: &TrueCase, effect: EffectId| {
-            case.effects.iter().any(|hidden| hidden.effect == effect) || case.stated.iter().any(|known| known.effect == effect)
+            case.effects.iter().any(|hidden| hidden.effect == effect)
+                || case.stated.iter().any(|known| known.effect == effect)
         };
         for effect in [EffectId::CoulombFriction, EffectId::StribeckFriction, EffectId::LocalFriction] {
             let case = one(effect);

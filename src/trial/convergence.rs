@@ -42,7 +42,8 @@ pub fn converged(
     gauge: &Gauge,
 ) -> Result<Converged> {
     let reference = run.reference(real);
-    let at = |step_s: f64| engine.simulate(real, otherwise, Sensing::Perfect, &reference, run.begins_s, step_s);
+    let at =
+        |step_s: f64| engine.simulate(real, otherwise, Sensing::Perfect, &reference, run.begins_s, step_s);
     let mut step_s = STEP_S;
     let mut coarse = at(step_s)?;
     let mut halvings = 0;

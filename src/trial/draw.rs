@@ -3,6 +3,7 @@
 use super::convergence::converged;
 use super::engine::Engine;
 use super::equals::struck;
+use super::foreign::{Foreign, ForeignKind};
 use super::gauge::Gauge;
 use super::hide::{hidden, stated_friction};
 use super::information::{Calibration, Equals};
@@ -13,7 +14,7 @@ use super::plan::Planned;
 use super::real::{Acting, Known, Real, by_key, in_order};
 use super::scale::machinery;
 use super::seed::Seed;
-use super::strokes;
+use super::strokes::{self, Strokes};
 use super::tier::Tier;
 use super::truth::{HiddenEffect, TrueCase};
 use crate::effect::{EffectId, Machinery, Prior};
@@ -27,7 +28,8 @@ use std::f64::consts::TAU;
 
 /// Draws before a case is given up. A machine that does not work makes no recording: it runs against its stops, or swings by itself.
 const MOST_DRAWS: usize = 24;
-/// Probability that a changed machine had something hidden before already.
+/// Probability that a changed machine had something hidden before already, that this is struck from the catalogue, and that a case outside
+/// the catalogue hides an effect and nothing foreign.
 const UNEXPLAINED: f64 = 0.5;
 /// What is at least so large is looked for among others that nobody could tell from it, in standard deviations of the noise.
 const FLOOR: f64 = 1.0;
@@ -81,19 +83,24 @@ impl Site<'_> {
         let runs = strokes::draw(machine, random)?;
         let care = if planned.tier == Tier::Poor { Care::Poor } else { Care::Careful };
         let nominal = NominalErrors::draw(machine, care, random);
-        let otherwise = otherwise(random);
+        let mut otherwise = otherwise(random);
         let plain = Real::new(machine, nominal.clone(), Vec::new())?;
-        let prior = &mut Prior::new(random);
         let scale = machinery(machine, &plain, &runs);
-        let stated = stated_friction(machine, &scale, &planned.effects, prior);
+        let foreign = foreign(planned.tier, machine, &scale, &runs, random);
+        // What is foreign is outside by itself.
+        let asked: &[EffectId] = if foreign.is_some() { &[] } else { &planned.effects };
+        let prior = &mut Prior::new(random);
+        let stated = stated_friction(machine, &scale, asked, prior);
         let before = match planned.tier {
-            Tier::Change => self.before(&Real::new(machine, nominal.clone(), stated.clone())?, &scale, planned, prior)?,
+            Tier::Change => {
+                self.before(&Real::new(machine, nominal.clone(), stated.clone())?, &scale, planned, prior)?
+            }
             _ => Vec::new(),
         };
         let real = Real::new(machine, nominal.clone(), [&stated[..], &before].concat())?;
         let scale = machinery(machine, &real, &runs);
         // Values that the machine's description refuses make no machine.
-        let Ok(mut acting) = hidden(&real, &scale, &planned.effects, prior) else { return Ok(None) };
+        let Ok(mut acting) = hidden(&real, &scale, asked, prior) else { return Ok(None) };
         let quiet = real.with(&[])?;
         let Ok(sketched) = Gauge::new([&real.with(&acting)?, &quiet], &otherwise, &runs, logged) else {
             return Ok(None);
@@ -103,17 +110,27 @@ impl Site<'_> {
         let Ok(gauge) = Gauge::new([&whole, &quiet], &otherwise, &runs, logged) else { return Ok(None) };
         let Some(together) = gauge.change(&quiet) else { return Ok(None) };
         let calibration = Calibration::new(&gauge, &real, &acting);
-        let Some(effects) = effects(&gauge, &real, &acting, &calibration, &scale, prior)? else { return Ok(None) };
+        let Some(effects) = effects(&gauge, &real, &acting, &calibration, &scale, prior)? else {
+            return Ok(None);
+        };
+        let mut gap = gauge.size(&calibration.beyond(&together));
+        if foreign.is_some() {
+            otherwise.foreign = foreign;
+            let Ok(gauge) = Gauge::new([&whole, &quiet], &otherwise, &runs, logged) else { return Ok(None) };
+            let Some(change) = gauge.change(&whole) else { return Ok(None) };
+            gap = gauge.size(&change);
+        }
         let run = &runs[gauge.longest()];
-        let Ok(converged) = converged(self.engine, &whole, &otherwise, run, logged, &gauge) else { return Ok(None) };
-        let gap = gauge.size(&calibration.beyond(&together));
+        let Ok(converged) = converged(self.engine, &whole, &otherwise, run, logged, &gauge) else {
+            return Ok(None);
+        };
         let known = |list: &[Acting]| list.iter().map(|acting| Known::new(acting, machine)).collect();
         Ok(Some(TrueCase {
             case: 0,
             tier: planned.tier,
             struck: self.struck(planned, &effects, &before, prior),
             effects,
-            twin: twin(machine, &stated, &planned.effects, care, prior),
+            twin: twin(machine, &stated, asked, care, prior),
             stated: known(&stated),
             before: known(&before),
             nominal,
@@ -127,10 +144,18 @@ impl Site<'_> {
     }
 
     /// What a machine had hidden before it changed: nothing, or an effect that has nothing to do with the change.
-    fn before(&self, real: &Real, scale: &Machinery, planned: &Planned, prior: &mut Prior) -> Result<Vec<Acting>> {
+    fn before(
+        &self,
+        real: &Real,
+        scale: &Machinery,
+        planned: &Planned,
+        prior: &mut Prior,
+    ) -> Result<Vec<Acting>> {
         let is_apart = |effect: &EffectId| {
-            let touches = |a: EffectId, b: EffectId| a == b || a.modifies().contains(&b) || b.modifies().contains(&a);
-            let is_friction = |e: EffectId| EffectId::Presliding.modifies().contains(&e) || e == EffectId::Presliding;
+            let touches =
+                |a: EffectId, b: EffectId| a == b || a.modifies().contains(&b) || b.modifies().contains(&a);
+            let is_friction =
+                |e: EffectId| EffectId::Presliding.modifies().contains(&e) || e == EffectId::Presliding;
             let struck = struck(*effect, self.machine, self.logged);
             effect.applies(real.constants())
                 && !self.machine.description().effect.contains(*effect)
@@ -156,12 +181,17 @@ impl Site<'_> {
         prior: &mut Prior,
     ) -> Vec<EffectId> {
         let own: Vec<EffectId> = match planned.tier {
-            Tier::Outside => effects.iter().filter(|hidden| hidden.planned).map(|hidden| hidden.effect).collect(),
+            Tier::Outside => {
+                effects.iter().filter(|hidden| hidden.planned).map(|hidden| hidden.effect).collect()
+            }
             Tier::Change if prior.chance(UNEXPLAINED) => before.iter().map(|acting| acting.effect).collect(),
             _ => Vec::new(),
         };
         let listed = own.iter().flat_map(|effect| struck(*effect, self.machine, self.logged));
-        let equal = effects.iter().filter(|hidden| own.contains(&hidden.effect)).flat_map(|hidden| hidden.equals.clone());
+        let equal = effects
+            .iter()
+            .filter(|hidden| own.contains(&hidden.effect))
+            .flat_map(|hidden| hidden.equals.clone());
         let all: std::collections::BTreeSet<EffectId> = listed.chain(equal).collect();
         all.into_iter().collect()
     }
@@ -194,6 +224,26 @@ fn effects(
     Ok(Some(effects))
 }
 
+/// What is foreign to every law, in half of the cases outside the catalogue: of a kind that can show on the machine.
+fn foreign(
+    tier: Tier,
+    machine: &Machine,
+    scale: &Machinery,
+    runs: &[Strokes],
+    random: &mut StdRng,
+) -> Option<Foreign> {
+    if tier != Tier::Outside || random.random_range(0.0..1.0) < UNEXPLAINED {
+        return None;
+    }
+    let kinds: Vec<ForeignKind> = Foreign::ALL_KINDS.into_iter().filter(|kind| kind.shows(machine)).collect();
+    let kind = kinds[random.random_range(0..kinds.len())];
+    let end = |run: &Strokes| {
+        run.begins_s + run.reference(machine).len() as f64 * machine.description().sample_period_s
+    };
+    let session_s = runs.iter().map(end).fold(0.0, f64::max);
+    Some(Foreign::draw(kind, machine, scale.rated_force, session_s, random))
+}
+
 /// What a forged machine does otherwise, its bristles aside, which are an effect of their own.
 fn otherwise(random: &mut StdRng) -> Otherwise {
     Otherwise {
@@ -201,6 +251,7 @@ fn otherwise(random: &mut StdRng) -> Otherwise {
         bristle_damping: random.random_range(0.5..1.0),
         harmonics: [random.random_range(0.02..0.06), random.random_range(0.01..0.03)],
         phases: [random.random_range(0.0..TAU), random.random_range(0.0..TAU)],
+        foreign: None,
     }
 }
 
@@ -217,7 +268,11 @@ fn twin(
     let mut settings = BTreeMap::new();
     for acting in stated {
         for (key, value) in by_key(acting, machine) {
-            let off = if planned.contains(&acting.effect) { 0.0 } else { care.off(tolerance, prior.uniform(-1.0, 1.0)) };
+            let off = if planned.contains(&acting.effect) {
+                0.0
+            } else {
+                care.off(tolerance, prior.uniform(-1.0, 1.0))
+            };
             settings.insert(format!("effect.{}.{key}", acting.effect.name()), value * (1.0 + off));
         }
     }

@@ -263,8 +263,10 @@ fn recording(
         let seed = trial.seed.derived(&format!("{noise} {} {}", case.case, strokes.name));
         let engine = trial.announcement.engine;
         let sensing = Sensing::AsStated { seed };
-        let traces = engine.simulate(real, &case.otherwise, sensing, &reference, strokes.begins_s, case.step_s)?;
-        runs.push(as_logged(strokes, machine, &reference, traces, logged)?);
+        let traces =
+            engine.simulate(real, &case.otherwise, sensing, &reference, strokes.begins_s, case.step_s)?;
+        let run = as_logged(strokes, machine, &reference, traces, logged)?;
+        runs.push(case.otherwise.logged(run, machine)?);
     }
     let mut recording = Recording::new(runs)?;
     recording.machine = Some(machine_path(machine));

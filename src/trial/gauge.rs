@@ -20,8 +20,11 @@ use std::ops::Range;
 /// The case's machine and a changed one are replayed with perfect sensors on the reduced axis, with the laws of forged machines around
 /// it. Their difference, signal by signal and sample by sample over the standard deviation of the noise, is the change. The noise is what
 /// the sensors are stated to have, carried through the loop.
+///
+/// What is foreign to every law acts on the case's machine only: what it makes is the change to the same machine.
 pub struct Gauge<'a> {
-    otherwise: &'a Otherwise,
+    /// What replays do otherwise: nothing that is foreign to every law.
+    otherwise: Otherwise,
     runs: &'a [Strokes],
     experiments: Vec<Experiment>,
     floor: Floor,
@@ -46,20 +49,23 @@ impl<'a> Gauge<'a> {
     /// Whatever a replay refuses: the machine does not work on these runs.
     pub fn new(
         [real, quiet]: [&Machine; 2],
-        otherwise: &'a Otherwise,
+        otherwise: &Otherwise,
         runs: &'a [Strokes],
         logged: &[Signal],
     ) -> Result<Self> {
-        let of = |machine: &Machine| -> Result<Vec<Experiment>> {
+        let plain = Otherwise { foreign: None, ..otherwise.clone() };
+        let of = |machine: &Machine, otherwise: &Otherwise| -> Result<Vec<Experiment>> {
             let one = |run: &Strokes| {
                 let reference = run.reference(machine);
                 let traces = sketch(machine, otherwise, &reference, run.begins_s)?;
-                Experiment::new(&as_logged(run, machine, &reference, traces, logged)?, machine)
+                let run = otherwise.logged(as_logged(run, machine, &reference, traces, logged)?, machine)?;
+                Experiment::new(&run, machine)
             };
             runs.iter().map(one).collect()
         };
-        let floor = Floor::estimate(quiet, &of(quiet)?.iter().collect::<Vec<_>>())?;
-        let mut gauge = Self { otherwise, runs, experiments: of(real)?, floor, parts: Vec::new() };
+        let floor = Floor::estimate(quiet, &of(quiet, &plain)?.iter().collect::<Vec<_>>())?;
+        let experiments = of(real, otherwise)?;
+        let mut gauge = Self { otherwise: plain, runs, experiments, floor, parts: Vec::new() };
         gauge.parts = gauge.parts(real)?;
         Ok(gauge)
     }
@@ -79,7 +85,7 @@ impl<'a> Gauge<'a> {
 
     fn replay(&self, machine: &Machine, run: usize) -> Result<Traces> {
         let strokes = &self.runs[run];
-        sketch(machine, self.otherwise, &strokes.reference(machine), strokes.begins_s)
+        sketch(machine, &self.otherwise, &strokes.reference(machine), strokes.begins_s)
     }
 
     /// What the case's machine does more than another one; none where that one does not work on these runs.
@@ -96,7 +102,9 @@ impl<'a> Gauge<'a> {
 
     /// The size of a change: RMS over signals, each weighing the same, and samples; of training or held-out runs, whichever show less.
     pub fn size(&self, change: &DVector<f64>) -> f64 {
-        let of = |held_out: bool| self.mean_square(change, |run| (self.runs[run].role == Role::HeldOut) == held_out);
+        let of = |held_out: bool| {
+            self.mean_square(change, |run| (self.runs[run].role == Role::HeldOut) == held_out)
+        };
         [false, true].into_iter().filter_map(of).fold(f64::INFINITY, f64::min).sqrt()
     }
 

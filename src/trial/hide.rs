@@ -54,7 +54,8 @@ pub fn hidden(
         add(effect, true, real, machinery, &mut hidden, prior)?;
     }
     let friction = real.with(&hidden)?.constants().friction;
-    let is_rubbing = machinery_with(real, machinery, &hidden)?.coulomb > 0.0 || friction.load_coefficient > 0.0;
+    let is_rubbing =
+        machinery_with(real, machinery, &hidden)?.coulomb > 0.0 || friction.load_coefficient > 0.0;
     if is_rubbing && friction.bristle.is_none() && EffectId::Presliding.applies(&machinery.constants) {
         add(EffectId::Presliding, false, real, machinery, &mut hidden, prior)?;
     }
@@ -75,7 +76,8 @@ fn add(
         let has = |list: &[Acting]| list.iter().any(|acting| acting.effect == of);
         has(hidden) || has(real.known()) || description.effect.contains(of) || description.guide_has(of)
     };
-    if let (Some(&first), false) = (effect.modifies().first(), effect.has_modified(|of| is_there(of, hidden))) {
+    if let (Some(&first), false) = (effect.modifies().first(), effect.has_modified(|of| is_there(of, hidden)))
+    {
         add(first, false, real, machinery, hidden, prior)?;
     }
     let values = effect.draw(&machinery_with(real, machinery, hidden)?, prior);

@@ -37,7 +37,8 @@ impl Calibration {
     /// What calibration leaves of a change, where effects may take any size along their columns.
     fn leaves(&self, change: &DVector<f64>, free: &[DVector<f64>]) -> DVector<f64> {
         let base = orthonormal(free);
-        let beyond = |column: &DVector<f64>| base.iter().fold(column.clone(), |rest, b| &rest - b * b.dot(&rest));
+        let beyond =
+            |column: &DVector<f64>| base.iter().fold(column.clone(), |rest, b| &rest - b * b.dot(&rest));
         let rest = beyond(change);
         let columns: Vec<DVector<f64>> = self.columns.iter().map(beyond).collect();
         bounded(&rest, &columns)

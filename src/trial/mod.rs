@@ -37,6 +37,7 @@ pub mod draw;
 pub mod engine;
 pub mod equals;
 pub mod folder;
+pub mod foreign;
 pub mod forge;
 pub mod gauge;
 pub mod hide;

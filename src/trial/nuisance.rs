@@ -26,7 +26,9 @@ pub fn nuisances(
         return Vec::new();
     }
     let one = |kind: &&[EffectId]| {
-        let is_like = |acting: &Acting| kind.iter().any(|e| *e == acting.effect || acting.effect.modifies().contains(e));
+        let is_like = |acting: &Acting| {
+            kind.iter().any(|e| *e == acting.effect || acting.effect.modifies().contains(e))
+        };
         let effect = kind.iter().copied().find(|effect| effect.applies(&machinery.constants))?;
         let values = effect.draw(machinery, prior);
         let wanted = prior.log_uniform(SIZES.0, SIZES.1);
@@ -38,7 +40,9 @@ pub fn nuisances(
         let size = gauge.size(&gauge.change(&real.with(&with(&own)).ok()?)?);
         let share = (wanted / size).min(1.0);
         let absent = real.absent(effect);
-        let scaled = |(value, absent): (&f64, &f64)| if absent.is_nan() { *value } else { absent + share * (value - absent) };
+        let scaled = |(value, absent): (&f64, &f64)| {
+            if absent.is_nan() { *value } else { absent + share * (value - absent) }
+        };
         let values = own.values.iter().zip(&absent).map(scaled).collect();
         Some(Acting::attendant(effect, values))
     };

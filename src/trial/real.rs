@@ -94,9 +94,12 @@ impl<'a> Real<'a> {
         let real = self.nominal.apply(self.machine)?;
         let guide = real.description();
         let is_there = |effect: EffectId| {
-            all.iter().any(|acting| acting.effect == effect) || guide.effect.contains(effect) || guide.guide_has(effect)
+            all.iter().any(|acting| acting.effect == effect)
+                || guide.effect.contains(effect)
+                || guide.guide_has(effect)
         };
-        let own: Vec<Acting> = all.iter().filter(|acting| acting.effect.has_modified(is_there)).cloned().collect();
+        let own: Vec<Acting> =
+            all.iter().filter(|acting| acting.effect.has_modified(is_there)).cloned().collect();
         with_effects(&real, &own)
     }
 
@@ -154,7 +157,9 @@ fn with_effects(machine: &Machine, effects: &[Acting]) -> Result<Machine> {
         for (parameter, &value) in acting.effect.parameters().iter().zip(&acting.values) {
             let key = parameter.key(machine.motion());
             let (path, value) = match acting.effect {
-                EffectId::Payload if ["mass_kg", "inertia_kg_m2"].contains(&key) => nominal::payload(machine, value),
+                EffectId::Payload if ["mass_kg", "inertia_kg_m2"].contains(&key) => {
+                    nominal::payload(machine, value)
+                }
                 effect => (format!("effect.{}.{key}", effect.name()), value),
             };
             settings.push((path, toml::Value::Float(value)));

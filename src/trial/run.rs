@@ -103,7 +103,9 @@ fn verdict(trial: &Trial, case: usize) -> Result<String> {
     let options = Options { catalogue: &catalogue, progress: &|_| () };
     let before = trial.reference_folder(case);
     let verdict = match before.is_dir() {
-        true => Recording::read(before).and_then(|reference| compare(&machine, &reference, &recording, &options)),
+        true => {
+            Recording::read(before).and_then(|reference| compare(&machine, &reference, &recording, &options))
+        }
         false => diagnose(&machine, &recording, &options),
     };
     match verdict {

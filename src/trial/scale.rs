@@ -22,5 +22,13 @@ pub fn machinery(machine: &Machine, real: &Real, runs: &[Strokes]) -> Machinery 
     let voltage_v = constants.effort_limit_v().unwrap_or(force / constants.force_per_volt());
     let travel = runs.iter().map(|r| r.stroke).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
     let coulomb = constants.friction.level(1.0, 0.0).max(constants.friction.level(-1.0, 0.0));
-    Machinery { motion: machine.motion(), rated_force: RATED * force, voltage_v, speed, travel, coulomb, constants }
+    Machinery {
+        motion: machine.motion(),
+        rated_force: RATED * force,
+        voltage_v,
+        speed,
+        travel,
+        coulomb,
+        constants,
+    }
 }
