@@ -182,7 +182,6 @@ fn guide(effect: EffectId, m: &Machinery) -> Option<Vec<Claim>> {
         }
         EffectId::LocalFriction => vec![
             own(0, Somehow, (-0.9 * coulomb, 0.20 * rated)),
-            claim("tighter", Somehow, (-0.9 * coulomb, 0.20 * rated), |v| v[0]),
             claim("centre", Even, (0.0, 1.0), move |v| v[1] / travel),
             own(2, Log, if is_prismatic { (0.005, 0.150) } else { (0.05, 1.5) }),
         ],

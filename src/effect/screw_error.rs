@@ -12,8 +12,8 @@ use serde::{Deserialize, Serialize};
 /// A minute of arc in rad.
 const ARCMIN: f64 = std::f64::consts::TAU / 21600.0;
 /// Nominal leads of ball screws in m, ISO 3408-2.
-const LEADS_M: [f64; 13] =
-    [0.002, 0.0025, 0.003, 0.004, 0.005, 0.006, 0.008, 0.010, 0.012, 0.016, 0.020, 0.025, 0.040];
+const LEADS_M: [f64; 14] =
+    [0.002, 0.0025, 0.003, 0.004, 0.005, 0.006, 0.008, 0.010, 0.012, 0.016, 0.020, 0.025, 0.032, 0.040];
 
 /// Periodic lead error: the load runs ahead of and behind the motor once a turn of the screw.
 ///
