@@ -2,15 +2,15 @@
 
 use super::engine::sketch;
 use super::laws::Otherwise;
+use super::runs::{TrialRun, shared_out};
 use super::size::{Family, with_effects};
-use super::strokes::Strokes;
 use crate::diagnose::evidence::Score;
 use crate::diagnose::experiment::Experiment;
 use crate::diagnose::noise::Floor;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::{Role, Run, Signal};
+use crate::recording::{Run, Signal};
 use crate::replay::Traces;
 use crate::replay::recording::recorded;
 
@@ -18,8 +18,8 @@ use crate::replay::recording::recorded;
 pub struct Gauge<'a> {
     machine: &'a Machine,
     otherwise: &'a Otherwise,
-    /// Training runs, held-out runs.
-    roles: [Vec<&'a Strokes>; 2],
+    /// Training runs and held-out runs, as a diagnosis shares them out; a single run by itself.
+    roles: Vec<Vec<&'a TrialRun>>,
     logged: &'a [Signal],
     floor: Floor,
 }
@@ -50,19 +50,20 @@ impl<'a> Gauge<'a> {
     pub fn new(
         machine: &'a Machine,
         otherwise: &'a Otherwise,
-        runs: &'a [Strokes],
+        runs: &'a [TrialRun],
         logged: &'a [Signal],
     ) -> Result<Self> {
-        let mut experiments = Vec::new();
+        let (mut experiments, mut recorded) = (Vec::new(), Vec::new());
         for run in runs {
             let reference = run.reference(machine);
             let traces = sketch(machine, otherwise, &reference, run.begins_s)?;
-            experiments
-                .push(Experiment::new(&as_logged(run, machine, &reference, traces, logged)?, machine)?);
+            recorded.push(as_logged(run, machine, &reference, traces, logged)?);
+        }
+        for run in &recorded {
+            experiments.push(Experiment::new(run, machine)?);
         }
         let floor = Floor::estimate(machine, &experiments.iter().collect::<Vec<_>>())?;
-        let roles =
-            [Role::Training, Role::HeldOut].map(|role| runs.iter().filter(|r| r.role == role).collect());
+        let roles = shared_out(runs, recorded)?;
         Ok(Self { machine, otherwise, roles, logged, floor })
     }
 
@@ -79,12 +80,12 @@ impl<'a> Gauge<'a> {
         let mut least = f64::INFINITY;
         for runs in &self.roles {
             let (mut experiments, mut predicted) = (Vec::new(), Vec::new());
-            for strokes in runs {
-                let reference = strokes.reference(self.machine);
-                let traces = sketch(&machine, self.otherwise, &reference, strokes.begins_s)?;
-                let run = as_logged(strokes, self.machine, &reference, traces, self.logged)?;
-                experiments.push(Experiment::new(&run, self.machine)?);
-                predicted.push(sketch(&other, self.otherwise, &reference, strokes.begins_s)?);
+            for run in runs {
+                let reference = run.reference(self.machine);
+                let traces = sketch(&machine, self.otherwise, &reference, run.begins_s)?;
+                let logged = as_logged(run, self.machine, &reference, traces, self.logged)?;
+                experiments.push(Experiment::new(&logged, self.machine)?);
+                predicted.push(sketch(&other, self.otherwise, &reference, run.begins_s)?);
             }
             let score = Score::of_traces(&experiments, &predicted, &self.floor);
             // Perfect sensors on both sides: noise adds one.
@@ -145,18 +146,18 @@ impl<'a> Gauge<'a> {
 /// # Errors
 /// Numbers that are not finite: the machine does not work.
 pub fn as_logged(
-    strokes: &Strokes,
+    told: &TrialRun,
     machine: &Machine,
     reference: &[f64],
     traces: Traces,
     logged: &[Signal],
 ) -> Result<Run> {
-    let whole = recorded(&strokes.name, machine, reference, traces)?;
+    let whole = recorded(&told.name, machine, reference, traces)?;
     let signals = whole.signals().iter().filter(|(signal, _)| logged.contains(signal));
     let signals = signals.map(|(signal, samples)| (*signal, samples.clone())).collect();
-    let mut run = Run::new(&strokes.name, whole.motion(), whole.sample_period_s(), signals)?;
-    run.role = Some(strokes.role);
-    run.metadata = strokes.metadata(machine);
-    run.begins_s = strokes.begins_s;
+    let mut run = Run::new(&told.name, whole.motion(), whole.sample_period_s(), signals)?;
+    run.role = told.role;
+    run.metadata = told.metadata(machine);
+    run.begins_s = told.begins_s;
     Ok(run)
 }

@@ -5,10 +5,10 @@ use super::equals::{equals, struck};
 use super::laws::Otherwise;
 use super::nominal::{Care, NominalErrors};
 use super::plan::Planned;
+use super::runs;
 use super::scale::scale;
 use super::seed::Seed;
 use super::size::{Family, absorbed};
-use super::strokes;
 use super::tier::Tier;
 use super::truth::{HiddenEffect, TrueCase};
 use crate::effect::EffectId;
@@ -76,11 +76,11 @@ fn attempt(
     random: &mut StdRng,
     is_last: bool,
 ) -> Result<Outcome> {
-    let runs = strokes::draw(machine, random)?;
+    let runs = runs::draw(machine, random)?.runs;
     let care = if planned.tier == Tier::Poor { Care::Poor } else { Care::Careful };
     let nominal = NominalErrors::draw(machine, care, random);
     let real = nominal.apply(machine)?;
-    let stroke = runs.iter().map(|run| run.stroke.abs()).fold(0.0, f64::max);
+    let stroke = runs.iter().map(|run| run.travel(machine).abs()).fold(0.0, f64::max);
     let otherwise = otherwise(machine, stroke, random);
     let scale = scale(&real, &runs, &otherwise)?;
     let gauge = Gauge::new(&real, &otherwise, &runs, logged)?;
@@ -104,7 +104,7 @@ fn attempt(
             Ok(one) => sized.push(one),
             Err(most) => {
                 let why = format!(
-                    "the largest size tried makes a gap of {most:.1} on these strokes, {:.0} is the least asked for",
+                    "the largest size tried makes a gap of {most:.1} on these runs, {:.0} is the least asked for",
                     window.0
                 );
                 return Ok(Outcome::Skipped(effect, why));

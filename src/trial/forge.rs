@@ -241,18 +241,13 @@ fn simulate(trial: &Trial, machine: &Machine, case: &TrueCase, logged: &[Signal]
         .filter(|s| !case.missing.iter().any(|key| key == s.key(machine.motion())))
         .collect();
     let mut runs = Vec::new();
-    for strokes in &case.runs {
-        let reference = strokes.reference(machine);
+    for run in &case.runs {
+        let reference = run.reference(machine);
         let sensing =
-            Sensing::AsStated { seed: trial.seed.derived(&format!("noise {} {}", case.case, strokes.name)) };
-        let traces = trial.announcement.engine.simulate(
-            &real,
-            &case.otherwise,
-            sensing,
-            &reference,
-            strokes.begins_s,
-        )?;
-        runs.push(as_logged(strokes, machine, &reference, traces, &logged)?);
+            Sensing::AsStated { seed: trial.seed.derived(&format!("noise {} {}", case.case, run.name)) };
+        let traces =
+            trial.announcement.engine.simulate(&real, &case.otherwise, sensing, &reference, run.begins_s)?;
+        runs.push(as_logged(run, machine, &reference, traces, &logged)?);
     }
     let mut recording = Recording::new(runs)?;
     recording.machine = Some(machine_path(machine));

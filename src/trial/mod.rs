@@ -21,6 +21,7 @@
 //!   [`CommittedVerdicts::read`] makes, from a folder in which every case has its verdict and every hash is right.
 //!   Once open, no verdict may change: [`run()`] refuses to commit any more.
 //! - **The forging plant is not the diagnosing one**: see [`engine`] and [`laws`].
+//! - **Runs are as users record them**: see [`runs`].
 //! - **Sizes are gaps.** How large an effect is, is drawn as the gap that it alone makes, in units of noise; see [`size`].
 //! - **Judging is apart from developing** by the seed: see [`Seed`].
 //! - **Everything follows from the seed**: forging again, after a kill or elsewhere, gives the same bytes.
@@ -40,12 +41,12 @@ pub mod laws;
 pub mod nominal;
 pub mod plan;
 pub mod run;
+pub mod runs;
 pub mod scale;
 pub mod score;
 pub mod seal;
 pub mod seed;
 pub mod size;
-pub mod strokes;
 pub mod tier;
 pub mod truth;
 pub mod verdict;

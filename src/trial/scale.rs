@@ -2,7 +2,7 @@
 
 use super::engine::sketch;
 use super::laws::Otherwise;
-use super::strokes::Strokes;
+use super::runs::TrialRun;
 use crate::effect::Scale;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -11,7 +11,7 @@ use crate::machine::Machine;
 ///
 /// # Errors
 /// As [`sketch`].
-pub fn scale(machine: &Machine, runs: &[Strokes], otherwise: &Otherwise) -> Result<Scale> {
+pub fn scale(machine: &Machine, runs: &[TrialRun], otherwise: &Otherwise) -> Result<Scale> {
     let largest = |values: &[f64]| values.iter().fold(0.0_f64, |most, v| most.max(v.abs()));
     let (mut force, mut voltage_v) = (0.0_f64, 0.0_f64);
     for run in runs {
@@ -19,7 +19,8 @@ pub fn scale(machine: &Machine, runs: &[Strokes], otherwise: &Otherwise) -> Resu
         force = force.max(largest(&traces.thrust));
         voltage_v = voltage_v.max(largest(&traces.effort_v));
     }
-    let stroke = runs.iter().map(|r| r.stroke).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-    let speed = runs.iter().map(|r| r.feed).fold(0.0, f64::max);
+    let stroke =
+        runs.iter().map(|r| r.travel(machine)).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
+    let speed = runs.iter().map(|r| r.speed(machine)).fold(0.0, f64::max);
     Ok(Scale { constants: machine.constants(), force, voltage_v, speed, stroke })
 }
