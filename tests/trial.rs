@@ -15,9 +15,9 @@ use slideway::trial::judge::Judged;
 use slideway::trial::laws::Otherwise;
 use slideway::trial::nominal::NominalErrors;
 use slideway::trial::plan::plan;
+use slideway::trial::runs::{Movement, TrialRun};
 use slideway::trial::score::summaries;
 use slideway::trial::seal::{Committed, is_open};
-use slideway::trial::strokes::Strokes;
 use slideway::trial::truth::{HiddenEffect, TrueCase};
 use slideway::trial::verdict::Said;
 use slideway::trial::{CommittedVerdicts, Seed, Tier, Trial};
@@ -136,7 +136,7 @@ fn exact_trial_from_end_to_end() {
             assert!(!text.contains(effect.name()), "{} in {}", effect.name(), name.display());
         }
     }
-    assert!(Recording::read(trial.case_folder(1)).unwrap().runs().len() >= 5);
+    assert!(!Recording::read(trial.case_folder(1)).unwrap().runs().is_empty());
     let sealed = out.join("sealed");
     let away = folder.path().join("sealed");
     std::fs::rename(&sealed, &away).unwrap();
@@ -338,14 +338,13 @@ const OTHERWISE: Otherwise = Otherwise {
     foreign: None,
 };
 
-fn strokes() -> Strokes {
-    Strokes {
+fn strokes() -> TrialRun {
+    TrialRun {
         name: "run".to_owned(),
-        stroke: 0.03,
-        feed: 0.1333,
-        dwell_s: 0.2,
-        role: Role::Training,
+        role: Some(Role::Training),
         begins_s: 0.0,
+        from: 0.0,
+        movement: Movement::Strokes { stroke: 0.03, feed: 0.1333, dwell_s: 0.2 },
     }
 }
 

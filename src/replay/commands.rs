@@ -97,6 +97,13 @@ impl Commands {
         Ok(Self { commands, start, begins_s: run.begins_s, driven_by: DrivenBy::Effort })
     }
 
+    /// The same where the machine stands at the first reference before, instead of at 0.
+    #[must_use]
+    pub fn from_first(self) -> Self {
+        let start = self.commands.first().map_or(self.start, |first| first.position_reference);
+        Self { start, ..self }
+    }
+
     /// The same at a time of the session, in s.
     #[must_use]
     pub fn beginning(self, begins_s: f64) -> Self {

@@ -3,7 +3,7 @@
 use super::engine::{Engine, STEP_S};
 use super::gauge::{Gauge, as_logged};
 use super::laws::Otherwise;
-use super::strokes::Strokes;
+use super::runs::TrialRun;
 use crate::diagnose::evidence::residuals;
 use crate::diagnose::experiment::Experiment;
 use crate::error::Result;
@@ -37,7 +37,7 @@ pub fn converged(
     engine: Engine,
     real: &Machine,
     otherwise: &Otherwise,
-    run: &Strokes,
+    run: &TrialRun,
     logged: &[Signal],
     gauge: &Gauge,
 ) -> Result<Converged> {

@@ -12,9 +12,9 @@ use super::nominal::{Care, NominalErrors};
 use super::nuisance::nuisances;
 use super::plan::Planned;
 use super::real::{Acting, Known, Real, by_key, in_order};
+use super::runs::{self, TrialRun};
 use super::scale::machinery;
 use super::seed::Seed;
-use super::strokes::{self, Strokes};
 use super::tier::Tier;
 use super::truth::{HiddenEffect, TrueCase};
 use crate::effect::{EffectId, Machinery, Prior};
@@ -80,12 +80,12 @@ impl Site<'_> {
     /// One draw; none where the axis does not work.
     fn attempt(&self, planned: &Planned, random: &mut StdRng) -> Result<Option<TrueCase>> {
         let Site { machine, logged, .. } = *self;
-        let runs = strokes::draw(machine, random)?;
+        let runs = runs::draw(machine, random)?.runs;
         let care = if planned.tier == Tier::Poor { Care::Poor } else { Care::Careful };
         let nominal = NominalErrors::draw(machine, care, random);
         let mut otherwise = otherwise(random);
         let plain = Real::new(machine, nominal.clone(), Vec::new())?;
-        let scale = machinery(machine, &plain, &runs);
+        let scale = machinery(machine, &plain, &runs)?;
         let foreign = foreign(planned.tier, machine, &scale, &runs, random);
         // What is foreign is outside by itself.
         let asked: &[EffectId] = if foreign.is_some() { &[] } else { &planned.effects };
@@ -98,7 +98,7 @@ impl Site<'_> {
             _ => Vec::new(),
         };
         let real = Real::new(machine, nominal.clone(), [&stated[..], &before].concat())?;
-        let scale = machinery(machine, &real, &runs);
+        let scale = machinery(machine, &real, &runs)?;
         // Values that the machine's description refuses make no machine.
         let Ok(mut acting) = hidden(&real, &scale, asked, prior) else { return Ok(None) };
         let quiet = real.with(&[])?;
@@ -229,7 +229,7 @@ fn foreign(
     tier: Tier,
     machine: &Machine,
     scale: &Machinery,
-    runs: &[Strokes],
+    runs: &[TrialRun],
     random: &mut StdRng,
 ) -> Option<Foreign> {
     if tier != Tier::Outside || random.random_range(0.0..1.0) < UNEXPLAINED {
@@ -237,9 +237,7 @@ fn foreign(
     }
     let kinds: Vec<ForeignKind> = Foreign::ALL_KINDS.into_iter().filter(|kind| kind.shows(machine)).collect();
     let kind = kinds[random.random_range(0..kinds.len())];
-    let end = |run: &Strokes| {
-        run.begins_s + run.reference(machine).len() as f64 * machine.description().sample_period_s
-    };
+    let end = |run: &TrialRun| run.begins_s + run.length_s(machine);
     let session_s = runs.iter().map(end).fold(0.0, f64::max);
     Some(Foreign::draw(kind, machine, scale.rated_force, session_s, random))
 }

@@ -62,7 +62,7 @@ impl Engine {
         begins_s: f64,
         step_s: f64,
     ) -> Result<Traces> {
-        let commands = Commands::follow(machine, reference)?.beginning(begins_s);
+        let commands = Commands::follow(machine, reference)?.from_first().beginning(begins_s);
         self.stepped(machine, otherwise, sensing, (&commands, STOOD_S), step_s, |_| ())
     }
 
@@ -120,7 +120,7 @@ pub fn sketch(machine: &Machine, otherwise: &Otherwise, reference: &[f64], begin
     let (walked, laws) = ForgedLaws::split(machine, otherwise)?;
     let plant =
         Forged::new(Axis::new(&walked.constants(), step(machine, SKETCH_STEP_S)), laws, begins_s - STOOD_S);
-    let commands = Commands::follow(machine, reference)?.beginning(begins_s);
+    let commands = Commands::follow(machine, reference)?.from_first().beginning(begins_s);
     commands.walk(&walked, plant, Sensing::Perfect, STOOD_S, |_| ())
 }
 

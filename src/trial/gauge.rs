@@ -2,13 +2,13 @@
 
 use super::engine::sketch;
 use super::laws::Otherwise;
-use super::strokes::Strokes;
+use super::runs::{TrialRun, shared_out};
 use crate::diagnose::evidence::residuals;
 use crate::diagnose::experiment::Experiment;
 use crate::diagnose::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::{Role, Run, Signal};
+use crate::recording::{Run, Signal};
 use crate::replay::Traces;
 use crate::replay::recording::recorded;
 use nalgebra::DVector;
@@ -25,7 +25,9 @@ use std::ops::Range;
 pub struct Gauge<'a> {
     /// What replays do otherwise: nothing that is foreign to every law.
     otherwise: Otherwise,
-    runs: &'a [Strokes],
+    runs: &'a [TrialRun],
+    /// Training and held-out runs, as a diagnosis shares them out, by their places; a single run by itself.
+    roles: Vec<Vec<usize>>,
     experiments: Vec<Experiment>,
     floor: Floor,
     parts: Vec<Part>,
@@ -50,12 +52,12 @@ impl<'a> Gauge<'a> {
     pub fn new(
         [real, quiet]: [&Machine; 2],
         otherwise: &Otherwise,
-        runs: &'a [Strokes],
+        runs: &'a [TrialRun],
         logged: &[Signal],
     ) -> Result<Self> {
         let plain = Otherwise { foreign: None, ..otherwise.clone() };
         let of = |machine: &Machine, otherwise: &Otherwise| -> Result<Vec<Experiment>> {
-            let one = |run: &Strokes| {
+            let one = |run: &TrialRun| {
                 let reference = run.reference(machine);
                 let traces = sketch(machine, otherwise, &reference, run.begins_s)?;
                 let run = otherwise.logged(as_logged(run, machine, &reference, traces, logged)?, machine)?;
@@ -65,7 +67,11 @@ impl<'a> Gauge<'a> {
         };
         let floor = Floor::estimate(quiet, &of(quiet, &plain)?.iter().collect::<Vec<_>>())?;
         let experiments = of(real, otherwise)?;
-        let mut gauge = Self { otherwise: plain, runs, experiments, floor, parts: Vec::new() };
+        let groups =
+            shared_out(runs, experiments.iter().map(|experiment| experiment.run().clone()).collect())?;
+        let place = |run: &&TrialRun| runs.iter().position(|one| std::ptr::eq(one, *run));
+        let roles = groups.iter().map(|group| group.iter().filter_map(place).collect()).collect();
+        let mut gauge = Self { otherwise: plain, runs, roles, experiments, floor, parts: Vec::new() };
         gauge.parts = gauge.parts(real)?;
         Ok(gauge)
     }
@@ -84,8 +90,8 @@ impl<'a> Gauge<'a> {
     }
 
     fn replay(&self, machine: &Machine, run: usize) -> Result<Traces> {
-        let strokes = &self.runs[run];
-        sketch(machine, &self.otherwise, &strokes.reference(machine), strokes.begins_s)
+        let told = &self.runs[run];
+        sketch(machine, &self.otherwise, &told.reference(machine), told.begins_s)
     }
 
     /// What the case's machine does more than another one; none where that one does not work on these runs.
@@ -102,10 +108,8 @@ impl<'a> Gauge<'a> {
 
     /// The size of a change: RMS over signals, each weighing the same, and samples; of training or held-out runs, whichever show less.
     pub fn size(&self, change: &DVector<f64>) -> f64 {
-        let of = |held_out: bool| {
-            self.mean_square(change, |run| (self.runs[run].role == Role::HeldOut) == held_out)
-        };
-        [false, true].into_iter().filter_map(of).fold(f64::INFINITY, f64::min).sqrt()
+        let of = |group: &Vec<usize>| self.mean_square(change, |run| group.contains(&run));
+        self.roles.iter().filter_map(of).fold(f64::INFINITY, f64::min).sqrt()
     }
 
     /// Mean square over the chosen runs, every signal weighing the same; none without any.
@@ -144,18 +148,18 @@ impl<'a> Gauge<'a> {
 /// # Errors
 /// Numbers that are not finite: the machine does not work.
 pub fn as_logged(
-    strokes: &Strokes,
+    told: &TrialRun,
     machine: &Machine,
     reference: &[f64],
     traces: Traces,
     logged: &[Signal],
 ) -> Result<Run> {
-    let whole = recorded(&strokes.name, machine, reference, traces)?;
+    let whole = recorded(&told.name, machine, reference, traces)?;
     let signals = whole.signals().iter().filter(|(signal, _)| logged.contains(signal));
     let signals = signals.map(|(signal, samples)| (*signal, samples.clone())).collect();
-    let mut run = Run::new(&strokes.name, whole.motion(), whole.sample_period_s(), signals)?;
-    run.role = Some(strokes.role);
-    run.metadata = strokes.metadata(machine);
-    run.begins_s = strokes.begins_s;
+    let mut run = Run::new(&told.name, whole.motion(), whole.sample_period_s(), signals)?;
+    run.role = told.role;
+    run.metadata = told.metadata(machine);
+    run.begins_s = told.begins_s;
     Ok(run)
 }

@@ -25,6 +25,7 @@
 //! - **A trial draws what machines have.** Every law has a prior with its source ([`EffectId::draw`](crate::effect::EffectId::draw)). Nothing is
 //!   drawn again because it does not show; what each hidden effect makes is measured ([`gauge`]) and stands in the truth.
 //! - **What nobody could know is told apart by the truth itself**, from its Fisher information; see [`information`].
+//! - **Runs are as users record them**: see [`runs`].
 //! - **The forged run has converged**: see [`convergence`].
 //! - **Judging is apart from developing** by the seed: see [`Seed`].
 //! - **Everything follows from the seed**: forging again, after a kill or elsewhere, gives the same bytes.
@@ -50,11 +51,11 @@ pub mod nuisance;
 pub mod plan;
 pub mod real;
 pub mod run;
+pub mod runs;
 pub mod scale;
 pub mod score;
 pub mod seal;
 pub mod seed;
-pub mod strokes;
 pub mod tier;
 pub mod truth;
 pub mod verdict;

@@ -4,7 +4,7 @@ use super::engine::Engine;
 use super::laws::Otherwise;
 use super::nominal::NominalErrors;
 use super::real::Known;
-use super::strokes::Strokes;
+use super::runs::TrialRun;
 use super::tier::Tier;
 use crate::effect::{EffectId, Site};
 use serde::{Deserialize, Serialize};
@@ -53,7 +53,7 @@ pub struct TrueCase {
     /// What the forged machine had that no law of the catalogue describes.
     pub otherwise: Otherwise,
     /// The runs.
-    pub runs: Vec<Strokes>,
+    pub runs: Vec<TrialRun>,
     /// Effects struck from the catalogue.
     pub struck: Vec<EffectId>,
     /// Canonical names of the signals that were not logged.

@@ -16,7 +16,8 @@ use super::all_cores;
 use crate::cli::{Failure, Screen};
 
 /// Draws what is hidden in each case, seals it, prints its SHA-256, and only then simulates the recordings. Sizes are
-/// drawn by the gap that an effect makes, from 3 to 300 times the noise. The forging plant is not the diagnosing one:
+/// drawn by the gap that an effect makes, from 3 to 300 times the noise. Runs are as users record them: acceptance strokes,
+/// one run, three runs, jogs, sines, multisines, production. The forging plant is not the diagnosing one:
 /// another engine at an eighth of its step, bristles instead of Coulomb's law, harmonics that the catalogue lacks, other
 /// modal masses, nominal parameters a little off. Tiers: null (nothing hidden), single, pair, outside (the effect is struck
 /// from the catalogue), poor (nominal parameters off together), missing (no current, effort or velocity).
