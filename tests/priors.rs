@@ -65,10 +65,13 @@ enum Spread {
 }
 use Spread::{Even, Log, Somehow};
 
+/// A number that parameters make.
+type Number = Box<dyn Fn(&[f64]) -> f64>;
+
 /// What the documentation of a law says of a number that its parameters make.
 struct Claim {
     what: &'static str,
-    of: Box<dyn Fn(&[f64]) -> f64>,
+    of: Number,
     from: f64,
     to: f64,
     spread: Spread,
@@ -470,7 +473,7 @@ fn exact_every_law_documents_its_prior_and_where_it_is_from() {
         let lines = text.lines().map(str::trim_start).skip_while(|line| *line != "/// # Prior").skip(1);
         let section: Vec<&str> = lines.take_while(|line| line.starts_with("///") && *line != "///").collect();
         assert!(section.len() > 1, "{}: no prior", path.display());
-        assert!(has_source(&section.concat()), "{}: {section:#?}", path.display());
+        assert!(has_source(&section.join(" ").replace(" /// ", " ")), "{}: {section:#?}", path.display());
     }
     for effect in EffectId::ALL {
         let is_file = |name: &str| laws.iter().any(|(path, _)| path.file_stem().unwrap() == name);

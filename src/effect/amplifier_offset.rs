@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 /// constant force `−u_0·Kt/R`: no data tell the two apart.
 ///
 /// # Prior
-/// u_0 of 0.1 to 2 % of the effort's full scale, log-uniform, either sign: 10 to 200 mV of a ±10 V input before it is trimmed. Data sheets
-/// of analogue servo amplifiers; Horowitz, Hill (2015), *The Art of Electronics*, 3rd ed., on offset and its drift.
+/// u_0 of 0.1 to 2 % of the effort's full scale, log-uniform, either sign: 10 to 200 mV of a ±10 V input before it is trimmed.
+/// Data sheets of analogue servo amplifiers; Horowitz, Hill (2015), *The Art of Electronics*, 3rd ed., on offset and its drift.
 ///
 /// # Source
 /// Offset of any analogue amplifier or converter.

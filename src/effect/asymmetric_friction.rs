@@ -22,8 +22,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Prior
 /// a and b of 0.03 to 0.4 each, log-uniform, either sign, independent of each other. That friction differs between directions:
-/// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994); Janot, Gautier, Brunot (2019), whose worn screw lies inside. The bounds are an
-/// engineering estimate.
+/// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994); Janot, Gautier, Brunot (2019), whose worn screw lies inside. The bounds are
+/// an engineering estimate.
 ///
 /// # Source
 /// Janot, Gautier, Brunot (2019), section 4 (asymmetric friction of a worn screw).

@@ -16,10 +16,10 @@ use serde::{Deserialize, Serialize};
 /// Ke ≥ 0. Where the amplifier closes a fast current loop around the winding, that loop hides it.
 ///
 /// # Prior
-/// Where a constant is stated, Ke is 0.8 to 1.05 times it, uniform, as [`ForceConstant`](super::ForceConstant) is: both come from the same
-/// flux. Where none is, Ke is 2 to 100 % of the force constant in SI units, log-uniform: all of it in a winding that is fed
-/// with voltage as the energy balance has it, a small share where the amplifier compensates most. Leonhard, *Control of Electrical
-/// Drives*, 3rd ed. (2001); data sheets of servo motors.
+/// Where a constant is stated, Ke is 0.8 to 1.05 times it, uniform, as [`ForceConstant`](super::ForceConstant) is: both come from
+/// the same flux. Where none is, Ke is 2 to 100 % of the force constant in SI units, log-uniform: all of it in a winding that is
+/// fed with voltage as the energy balance has it, a small share where the amplifier compensates most. Leonhard, *Control of
+/// Electrical Drives*, 3rd ed. (2001); data sheets of servo motors.
 ///
 /// # Source
 /// Any text on electrical drives.

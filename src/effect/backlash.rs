@@ -26,8 +26,9 @@ const ARCMIN: f64 = std::f64::consts::TAU / 21600.0;
 /// error as ISO 230-2 measures it, not rattling. κ is looked for where both ends of the drive train have their own sensor.
 ///
 /// # Prior
-/// b of 1 to 300 µm, log-uniform: from a preloaded ball screw to a worn trapezoidal one or a rack; on a revolute axis 1 to 10 arcmin
-/// (0.29 to 2.9 mrad), log-uniform: gearboxes. κ = 0. Catalogues of ball screws and of planetary gearboxes; ISO 230-2 measures it.
+/// b of 1 to 300 µm, log-uniform: from a preloaded ball screw to a worn trapezoidal one or a rack; on a revolute axis 1 to 10
+/// arcmin (0.29 to 2.9 mrad), log-uniform: gearboxes. κ = 0. Catalogues of ball screws and of planetary gearboxes; ISO 230-2
+/// measures it.
 ///
 /// # Source
 /// ISO 230-2; play operator, Krasnosel'skii, Pokrovskii (1989).

@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 /// One mode is off; which one is tried in turn. A mode that is not listed at all is another effect.
 ///
 /// # Prior
-/// j any of the stated modes; a of 0.6 to 1.4, uniform: a support down to a third as stiff, or up to twice, as a loose foot or another floor
-/// makes it. b of 0.8 to 1.25, log-uniform: the shape changes with the support. Rivin (2003), *Passive Vibration Isolation*, on mounts and
-/// their stiffness; Altintas et al. (2011), *Machine tool feed drives*, on modes of 8 to 400 Hz.
+/// j any of the stated modes; a of 0.6 to 1.4, uniform: a support down to a third as stiff, or up to twice, as a loose foot or
+/// another floor makes it. b of 0.8 to 1.25, log-uniform: the shape changes with the support. Rivin (2003), *Passive Vibration
+/// Isolation*, on mounts and their stiffness; Altintas et al. (2011), *Machine tool feed drives*, on modes of 8 to 400 Hz.
 ///
 /// # Source
 /// [`Modes`].

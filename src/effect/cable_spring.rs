@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 /// Linear over the travel, no hysteresis. On a travel that is short against |x − x_0| it is a constant force.
 ///
 /// # Prior
-/// k takes 0.2 to 10 % of the rated force over the travel, log-uniform; x_0 anywhere on the travel, uniform. Resistances in catalogues of
-/// bellows, way covers and energy chains; the bounds are an engineering estimate.
+/// k takes 0.2 to 10 % of the rated force over the travel, log-uniform; x_0 anywhere on the travel, uniform. Resistances in
+/// catalogues of bellows, way covers and energy chains; the bounds are an engineering estimate.
 ///
 /// # Source
 /// Hooke's law.

@@ -18,10 +18,11 @@ use serde::{Deserialize, Serialize};
 /// periods are travelled.
 ///
 /// # Prior
-/// First harmonic of 0.5 to 10 % of the rated force, log-uniform; second one 0 to 40 % of it; both phases anywhere. p is 10 to 60 mm,
-/// uniform; on a revolute axis 2π/n with 2 to 84 poles, slots or their least common multiple in a turn of the motor, log-uniform; with
-/// probability one half a pitch that the machine file states. Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs Handbook*;
-/// Zhu, Howe (2000), *Influence of design parameters on cogging torque in permanent magnet machines*; catalogues of linear and torque motors.
+/// First harmonic of 0.5 to 10 % of the rated force, log-uniform; second one 0 to 40 % of it; both phases anywhere. p is 10 to 60
+/// mm, uniform; on a revolute axis 2π/n with 2 to 84 poles, slots or their least common multiple in a turn of the motor,
+/// log-uniform; with probability one half a pitch that the machine file states. Boldea (2013), *Linear Electric Machines, Drives,
+/// and MAGLEVs Handbook*; Zhu, Howe (2000), *Influence of design parameters on cogging torque in permanent magnet machines*;
+/// catalogues of linear and torque motors.
 ///
 /// # Source
 /// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8.

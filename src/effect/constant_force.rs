@@ -17,8 +17,9 @@ use serde::{Deserialize, Serialize};
 /// At standstill on a guide with friction it acts only as far as friction does not hold it.
 ///
 /// # Prior
-/// F_0 of 0.1 to 10 % of the rated force, log-uniform, either sign: a guide a millimetre per metre out of level, a hanging cable, a
-/// counterbalance that is filled too high or too low. Sizing guides for vertical axes in catalogues of servo motors and linear guides.
+/// F_0 of 0.1 to 10 % of the rated force, log-uniform, either sign: a guide a millimetre per metre out of level, a hanging cable,
+/// a counterbalance that is filled too high or too low. Sizing guides for vertical axes in catalogues of servo motors and linear
+/// guides.
 ///
 /// # Source
 /// Janot, Gautier, Brunot (2019), eq. 2, term `offset`, same sign.

@@ -20,8 +20,8 @@ use serde::{Deserialize, Serialize};
 /// [`DryFriction`](crate::guide::DryFriction).
 ///
 /// # Prior
-/// F_c of 0.2 to 20 % of the rated force, log-uniform: from a linear guide without seals to a preloaded screw or a gearbox. Friction in
-/// catalogues of linear guides and ball screws, such as those of THK, HIWIN and NSK.
+/// F_c of 0.2 to 20 % of the rated force, log-uniform: from a linear guide without seals to a preloaded screw or a gearbox.
+/// Friction in catalogues of linear guides and ball screws, such as those of THK, HIWIN and NSK.
 ///
 /// # Source
 /// Coulomb (1785); Janot, Gautier, Brunot (2019), eq. 2, term `Fc·sign(q̇)`.

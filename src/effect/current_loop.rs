@@ -25,8 +25,8 @@ use std::f64::consts::TAU;
 /// a delay of τ.
 ///
 /// # Prior
-/// f_c of 50 to 2000 Hz, log-uniform: a large motor on a slow bridge to a small one switched at 16 kHz. Leonhard, *Control of Electrical
-/// Drives*, 3rd ed. (2001); data sheets of servo drives.
+/// f_c of 50 to 2000 Hz, log-uniform: a large motor on a slow bridge to a small one switched at 16 kHz. Leonhard, *Control of
+/// Electrical Drives*, 3rd ed. (2001); data sheets of servo drives.
 ///
 /// # Source
 /// Leonhard, *Control of Electrical Drives*, 3rd ed. (2001): the closed current loop as a first-order lag.

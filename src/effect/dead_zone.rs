@@ -19,9 +19,9 @@ use serde::{Deserialize, Serialize};
 /// Symmetric; PWM interlock time of a bridge behaves so at small currents.
 ///
 /// # Prior
-/// w of 0.2 to 5 % of the effort's full scale, log-uniform: an interlock time of 0.5 to 4 µs at a switching frequency of 4 to 16 kHz takes
-/// that share of the bus voltage. Data sheets of IGBT and MOSFET drivers; Choi, Sul (1996), *Inverter output voltage synthesis using
-/// novel dead time compensation*.
+/// w of 0.2 to 5 % of the effort's full scale, log-uniform: an interlock time of 0.5 to 4 µs at a switching frequency of 4 to 16
+/// kHz takes that share of the bus voltage. Data sheets of IGBT and MOSFET drivers; Choi, Sul (1996), *Inverter output voltage
+/// synthesis using novel dead time compensation*.
 ///
 /// # Source
 /// Slotine, Li (1991), *Applied Nonlinear Control*, section 5.2.

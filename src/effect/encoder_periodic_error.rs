@@ -25,11 +25,12 @@ const LINES: [f64; 8] = [256.0, 512.0, 1000.0, 1024.0, 2000.0, 2048.0, 2500.0, 4
 /// Small slopes. Where this is the only sensor and it sits at the load, it is exactly a lead error of the drive train.
 ///
 /// # Prior
-/// A prismatic axis: p is the signal period of an optical scale (4, 20 or 40 µm) or of a magnetic or inductive one (1, 2 or 4 mm), each kind with
-/// probability one half; amplitude of 10 to 500 nm, log-uniform, 2 % of p at most. A revolute axis: with probability one half p = 2π/n with n of
-/// 256 to 4096 lines and an amplitude of 0.1 to 2 % of p, log-uniform; else once or twice a turn, an eccentricity of 1 to 20 µm, log-uniform, at
-/// a disc's radius of 10 to 50 mm. Phase anywhere. HEIDENHAIN's brochures *Exposed Linear Encoders*, *Linear Encoders for
-/// Numerically Controlled Machine Tools* and *Rotary Encoders*: ±1 to ±2 % of the signal period.
+/// A prismatic axis: p is the signal period of an optical scale (4, 20 or 40 µm) or of a magnetic or inductive one (1, 2 or 4
+/// mm), each kind with probability one half; amplitude of 10 to 500 nm, log-uniform, 2 % of p at most. A revolute axis: with
+/// probability one half p = 2π/n with n of 256 to 4096 lines and an amplitude of 0.1 to 2 % of p, log-uniform; else once or twice
+/// a turn, an eccentricity of 1 to 20 µm, log-uniform, at a disc's radius of 10 to 50 mm. Phase anywhere. HEIDENHAIN's brochures
+/// *Exposed Linear Encoders*, *Linear Encoders for Numerically Controlled Machine Tools* and *Rotary Encoders*: ±1 to ±2 % of the
+/// signal period.
 ///
 /// # Source
 /// Encoder data sheets: position error over one signal period or one turn.

@@ -38,9 +38,9 @@ const COUNTS: [f64; 13] = [
 /// moment earlier makes another course of all that follows: what the twin's noise floor makes of that is noise.
 ///
 /// # Prior
-/// A step that encoders have, any alike of those at least twice the stated one: 10, 50, 100, 200 or 500 nm, 1, 2, 5 or 10 µm; on a revolute axis
-/// 2π/n with n of 1000 to 10000 counts of usual line discs read fourfold, or of 2¹⁰ to 2²⁰. Where none is coarser than stated, 2, 4, 5
-/// or 10 times that. Catalogues of linear and rotary encoders and their interpolation electronics.
+/// A step that encoders have, any alike of those at least twice the stated one: 10, 50, 100, 200 or 500 nm, 1, 2, 5 or 10 µm; on
+/// a revolute axis 2π/n with n of 1000 to 10000 counts of usual line discs read fourfold, or of 2¹⁰ to 2²⁰. Where none is coarser
+/// than stated, 2, 4, 5 or 10 times that. Catalogues of linear and rotary encoders and their interpolation electronics.
 ///
 /// # Source
 /// Quantisation.

@@ -17,9 +17,9 @@ use serde::{Deserialize, Serialize};
 /// signal or a second sensor tells them apart.
 ///
 /// # Prior
-/// With probability one half a scale that is warm or cold: |f − 1| of 1e-5 to 1e-3, log-uniform; steel gains 11e-6/K, so that is 1 to
-/// 90 K. Else a wrong lead, ratio or number of lines: |f − 1| of 1 to 20 %, log-uniform. Either sign. Thermal expansion in catalogues of
-/// linear encoders; the wrong numbers are an engineering estimate.
+/// With probability one half a scale that is warm or cold: |f − 1| of 1e-5 to 1e-3, log-uniform; steel gains 11e-6/K, so that is
+/// 1 to 90 K. Else a wrong lead, ratio or number of lines: |f − 1| of 1 to 20 %, log-uniform. Either sign. Thermal expansion in
+/// catalogues of linear encoders; the wrong numbers are an engineering estimate.
 ///
 /// # Source
 /// Unit conversion; thermal expansion of steel scales, 10.5 µm/(m·K).

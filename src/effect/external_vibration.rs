@@ -24,9 +24,9 @@ use std::f64::consts::TAU;
 /// One steady frequency below half the sample rate, the same in all runs, at standstill too.
 ///
 /// # Prior
-/// f of 5 to 60 Hz, log-uniform, below 0.4 times the sample rate: fans, pumps, presses and the floor. A of 0.05 to 2 % of the rated
-/// force, log-uniform. Rivin (2003), *Passive Vibration Isolation*; data sheets of fans and pumps for the speeds. The force's bounds
-/// are an engineering estimate.
+/// f of 5 to 60 Hz, log-uniform, below 0.4 times the sample rate: fans, pumps, presses and the floor. A of 0.05 to 2 % of the
+/// rated force, log-uniform. Rivin (2003), *Passive Vibration Isolation*; data sheets of fans and pumps for the speeds. The
+/// force's bounds are an engineering estimate.
 ///
 /// # Source
 /// Rivin (2003), *Passive Vibration Isolation*.

@@ -18,9 +18,10 @@ use serde::{Deserialize, Serialize};
 /// Linear; the sensor sits where the motor drives (collocated). 0 < ζ < 1.
 ///
 /// # Prior
-/// ω/2π of 8 to 400 Hz, log-uniform, below a fifth of the sample rate. M of 2 to 100 times the moving mass, log-uniform: a ratio of 1 to 50 %.
-/// ζ of 0.005 to 0.06, log-uniform: from welded steel to bolted and greased joints. Altintas et al. (2011), *Machine tool feed drives*;
-/// Ewins (2000), *Modal Testing*; Rivin (2003), *Passive Vibration Isolation*, for machines on mounts.
+/// ω/2π of 8 to 400 Hz, log-uniform, below a fifth of the sample rate. M of 2 to 100 times the moving mass, log-uniform: a ratio
+/// of 1 to 50 %. ζ of 0.005 to 0.06, log-uniform: from welded steel to bolted and greased joints. Altintas et al. (2011),
+/// *Machine tool feed drives*; Ewins (2000), *Modal Testing*; Rivin (2003), *Passive Vibration Isolation*, for machines on
+/// mounts.
 ///
 /// # Source
 /// Modal form of the drive-point receptance, Ewins (2000), *Modal Testing*, section 2.4.

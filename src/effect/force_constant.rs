@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 /// are the same.
 ///
 /// # Prior
-/// f of 0.80 to 1.05, uniform: catalogues state the constant to ±10 %, of cold magnets; those of NdFeB lose 0.1 % of their flux per kelvin,
-/// and iron saturates at peak force. Data sheets of motors and magnets; IEC 60034-1 for the temperatures.
+/// f of 0.80 to 1.05, uniform: catalogues state the constant to ±10 %, of cold magnets; those of NdFeB lose 0.1 % of their flux
+/// per kelvin, and iron saturates at peak force. Data sheets of motors and magnets; IEC 60034-1 for the temperatures.
 ///
 /// # Source
 /// Magnets lose about 0.1 to 0.2 % of their flux per kelvin; any motor data sheet.

@@ -22,9 +22,9 @@ use serde::{Deserialize, Serialize};
 /// When each run begins within the session, [`Recording::new`](crate::recording::Recording::new) says.
 ///
 /// # Prior
-/// r = d/τ: friction settles 5 to 30 % lower or higher, uniform and either sign, over a time τ of 2 to 30 min, log-uniform. It fades while
-/// grease warms, and grows while a guide runs dry. Bittencourt, Gunnarsson (2012); thermal time constants of guides and screws:
-/// Altintas et al. (2011), *Machine tool feed drives*.
+/// r = d/τ: friction settles 5 to 30 % lower or higher, uniform and either sign, over a time τ of 2 to 30 min, log-uniform. It
+/// fades while grease warms, and grows while a guide runs dry. Bittencourt, Gunnarsson (2012); thermal time constants of guides
+/// and screws: Altintas et al. (2011), *Machine tool feed drives*.
 ///
 /// # Source
 /// First-order part of an exponential warm-up; Bittencourt, Gunnarsson (2012), *Static friction in a robot joint: modeling and

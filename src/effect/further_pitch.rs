@@ -19,9 +19,10 @@ macro_rules! further {
         /// As the law of the first pitch. It is looked for once the pitch before it is there.
         ///
         /// # Prior
-        /// As the law of the first pitch, but never at a stated pitch: p is 10 to 60 mm, uniform, or 2π/n with 2 to 84 poles, slots or
-        /// their least common multiple in a turn of the motor, log-uniform. Amplitudes alike: a second pitch is not always the
-        /// smaller one. Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs Handbook*; catalogues of linear motors.
+        /// As the law of the first pitch, but never at a stated pitch: p is 10 to 60 mm, uniform, or 2π/n with 2 to 84 poles,
+        /// slots or their least common multiple in a turn of the motor, log-uniform. Amplitudes alike: a second pitch is not
+        /// always the smaller one. Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs Handbook*; catalogues of linear
+        /// motors.
         ///
         /// # Source
         /// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8; Zhu, Howe (2000), *Influence of design

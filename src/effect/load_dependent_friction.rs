@@ -21,9 +21,9 @@ use serde::{Deserialize, Serialize};
 /// Transmission: driven forward and backward alike, as in gearboxes of good efficiency; μ < 1, from 1 on it would lock itself.
 ///
 /// # Prior
-/// μ of 0.002 to 0.02 on sliders, log-uniform: rolling guides, from balls to rollers with preload and seals. Of a transmission 0.02 to 0.2,
-/// log-uniform: what efficiencies of 98 to 80 % leave. Catalogues of linear guides, such as those of THK and HIWIN; catalogues of
-/// planetary, worm and servo gearboxes.
+/// μ of 0.002 to 0.02 on sliders, log-uniform: rolling guides, from balls to rollers with preload and seals. Of a transmission
+/// 0.02 to 0.2, log-uniform: what efficiencies of 98 to 80 % leave. Catalogues of linear guides, such as those of THK and HIWIN;
+/// catalogues of planetary, worm and servo gearboxes.
 ///
 /// # Source
 /// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports). On gears: Duclusaud et al., *Extended

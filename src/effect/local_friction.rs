@@ -25,10 +25,10 @@ use serde::{Deserialize, Serialize};
 /// One spot, the same in both directions. The bump is taken in the middle of each step.
 ///
 /// # Prior
-/// F_l of 0.2 to 20 % of the rated force, log-uniform; with probability one quarter, where the machine has Coulomb friction, a place that
-/// runs easier: 10 to 90 % of that friction less, uniform. x_l anywhere on the travel, uniform. w of 5 to 150 mm, log-uniform: a dent to
-/// the length of a slider; on a revolute axis 0.05 to 1.5 rad, a pitch of balls to a quarter of a turn. Altintas et al. (2011), *Machine
-/// tool feed drives*; dimensions in catalogues of linear guides and rolling bearings.
+/// F_l of 0.2 to 20 % of the rated force, log-uniform; with probability one quarter, where the machine has Coulomb friction, a
+/// place that runs easier: 10 to 90 % of that friction less, uniform. x_l anywhere on the travel, uniform. w of 5 to 150 mm,
+/// log-uniform: a dent to the length of a slider; on a revolute axis 0.05 to 1.5 rad, a pitch of balls to a quarter of a turn.
+/// Altintas et al. (2011), *Machine tool feed drives*; dimensions in catalogues of linear guides and rolling bearings.
 ///
 /// # Source
 /// Position-dependent friction of ball-screw and linear guides: Altintas, Verl, Brecher, Uriarte, Pritschow (2011), *Machine

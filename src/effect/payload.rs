@@ -23,9 +23,10 @@ use serde::{Deserialize, Serialize};
 /// stated: a diagnosis fits ΔJ beside them and leaves them as they are.
 ///
 /// # Prior
-/// Four times in five something is put on: Δm of 0 to 100 % of the moving mass, uniform, from a light workpiece to one as heavy as what moves;
-/// inertia on a revolute axis alike, where sizing guides ask for no more than a few times the rotor's. Else a fixture is taken off: 0 to 20 %
-/// of the mass beside the rotor's, uniform. Permissible table loads in machine-tool data sheets; inertia ratios in catalogues of servo motors.
+/// Four times in five something is put on: Δm of 0 to 100 % of the moving mass, uniform, from a light workpiece to one as heavy
+/// as what moves; inertia on a revolute axis alike, where sizing guides ask for no more than a few times the rotor's. Else a
+/// fixture is taken off: 0 to 20 % of the mass beside the rotor's, uniform. Permissible table loads in machine-tool data sheets;
+/// inertia ratios in catalogues of servo motors.
 ///
 /// # Source
 /// Newton's second law; Siciliano, Sciavicco, Villani, Oriolo (2009), *Robotics*, section 7.2.

@@ -17,10 +17,10 @@ use serde::{Deserialize, Serialize};
 /// Motions after which the axis has travelled many times g/σ₀ look as without it. Without dry friction it does nothing.
 ///
 /// # Prior
-/// The axis breaks away over 1 to 50 µm, log-uniform, on a revolute axis at the bearing's radius of 10 to 50 mm: 2e-5 to 5e-3 rad. σ₀ is
-/// the Coulomb friction that it modifies over that distance, σ₁ that of a damping ratio of 0.05 to 1 of the moving mass on σ₀, log-uniform.
-/// Without Coulomb friction, 2 % of the rated force stands for it. Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), on breakaway
-/// distances; Canudas de Wit, Olsson, Åström, Lischinsky (1995), on the damping.
+/// The axis breaks away over 1 to 50 µm, log-uniform, on a revolute axis at the bearing's radius of 10 to 50 mm: 2e-5 to 5e-3
+/// rad. σ₀ is the Coulomb friction that it modifies over that distance, σ₁ that of a damping ratio of 0.05 to 1 of the moving
+/// mass on σ₀, log-uniform. Without Coulomb friction, 2 % of the rated force stands for it. Armstrong-Hélouvry, Dupont, Canudas
+/// de Wit (1994), on breakaway distances; Canudas de Wit, Olsson, Åström, Lischinsky (1995), on the damping.
 ///
 /// # Source
 /// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*.

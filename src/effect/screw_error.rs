@@ -28,10 +28,11 @@ const LEADS_M: [f64; 14] =
 /// that sensor; a second sensor at the motor tells them apart.
 ///
 /// # Prior
-/// p is a nominal lead of 2 to 40 mm, any alike; on a revolute axis a turn of the motor divided by 1 to 100 teeth or cams, log-uniform; with
-/// probability one half a pitch that the machine file states. Amplitude of 0.5 to 20 µm, log-uniform, or 0.1 to 3 arcmin (0.029 to
-/// 0.87 mrad); 1 % of p at most. Phase anywhere; f = 0. ISO 3408-2 for the leads; ISO 3408-3 for the travel variation within one
-/// revolution, ground and rolled; catalogues of planetary and strain-wave gearboxes for their transmission errors.
+/// p is a nominal lead of 2 to 40 mm, any alike; on a revolute axis a turn of the motor divided by 1 to 100 teeth or cams,
+/// log-uniform; with probability one half a pitch that the machine file states. Amplitude of 0.5 to 20 µm, log-uniform, or 0.1 to
+/// 3 arcmin (0.029 to 0.87 mrad); 1 % of p at most. Phase anywhere; f = 0. ISO 3408-2 for the leads; ISO 3408-3 for the travel
+/// variation within one revolution, ground and rolled; catalogues of planetary and strain-wave gearboxes for their transmission
+/// errors.
 ///
 /// # Source
 /// ISO 3408-3, travel variation within one revolution.

@@ -25,10 +25,10 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 /// exactly a force constant off by 1/f_i: only a logged force or effort tells them apart.
 ///
 /// # Prior
-/// Two times in three the current is wrong, else the effort; the other one's factor is 1. Of the current: √2 or 1/√2 (peak and RMS), 2 or 1/2
-/// (a range, a factor of two between amplitude and span), or with probability one fifth a gain within ±10 %, uniform. Of the
-/// effort: 2, 1/2, or with probability one third such a gain. Manuals of servo drives and of current probes, which scale by
-/// range, RMS and peak.
+/// Two times in three the current is wrong, else the effort; the other one's factor is 1. Of the current: √2 or 1/√2 (peak and
+/// RMS), 2 or 1/2 (a range, a factor of two between amplitude and span), or with probability one fifth a gain within ±10 %,
+/// uniform. Of the effort: 2, 1/2, or with probability one third such a gain. Manuals of servo drives and of current probes,
+/// which scale by range, RMS and peak.
 ///
 /// # Source
 /// Unit conversion; RMS and peak of a phase current differ by √2.

@@ -21,9 +21,9 @@ use serde::{Deserialize, Serialize};
 /// Static: no memory of how long the axis stood. At speeds well above v_s it does nothing.
 ///
 /// # Prior
-/// p of 1.1 to 2, uniform; v_s of 1 to 30 mm/s, log-uniform, on a revolute axis at the bearing's or seal's radius of 10 to 50 mm: 0.02 to
-/// 3 rad/s. Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), *A survey of models, analysis tools and compensation methods for the
-/// control of machines with friction*; Canudas de Wit, Olsson, Åström, Lischinsky (1995).
+/// p of 1.1 to 2, uniform; v_s of 1 to 30 mm/s, log-uniform, on a revolute axis at the bearing's or seal's radius of 10 to 50 mm:
+/// 0.02 to 3 rad/s. Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), *A survey of models, analysis tools and compensation
+/// methods for the control of machines with friction*; Canudas de Wit, Olsson, Åström, Lischinsky (1995).
 ///
 /// # Source
 /// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2.

@@ -17,8 +17,8 @@ use serde::{Deserialize, Serialize};
 /// The law itself is the one stated.
 ///
 /// # Prior
-/// Where a share is stated, k_f is 0.5 to 1.5 times it, uniform; where none is, it is switched on: 0 to 1, uniform. Retuning by half is
-/// within what tuning rules differ by: Åström, Hägglund (2006), *Advanced PID Control*.
+/// Where a share is stated, k_f is 0.5 to 1.5 times it, uniform; where none is, it is switched on: 0 to 1, uniform. Retuning by
+/// half is within what tuning rules differ by: Åström, Hägglund (2006), *Advanced PID Control*.
 ///
 /// # Source
 /// [`Controller`].

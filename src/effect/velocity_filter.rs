@@ -15,8 +15,8 @@ use serde::{Deserialize, Serialize};
 /// τ ≥ 0; a filter of higher order looks like this one up to its bandwidth.
 ///
 /// # Prior
-/// τ of 0.1 to 4 sample periods, log-uniform, in the place of the stated one: what a drive offers against the ripple of a differentiated
-/// encoder. Manuals of servo drives; Ellis (2012), *Control System Design Guide*, 4th ed.
+/// τ of 0.1 to 4 sample periods, log-uniform, in the place of the stated one: what a drive offers against the ripple of a
+/// differentiated encoder. Manuals of servo drives; Ellis (2012), *Control System Design Guide*, 4th ed.
 ///
 /// # Source
 /// [`VelocityEstimate`](crate::sensor::VelocityEstimate).

@@ -17,10 +17,10 @@ use serde::{Deserialize, Serialize};
 /// dynamics, so it is integrated exactly.
 ///
 /// # Prior
-/// With probability one half, where a coefficient is stated, grease of another temperature or kind: c is 0.4 to 2.5 times it, log-uniform.
-/// Else a seal or wiper drags beside what is stated, and takes 0.2 to 20 % of the rated force at the largest feed, log-uniform.
-/// Bittencourt, Gunnarsson (2012), *Static friction in a robot joint*, on temperature; friction in catalogues of linear guides and
-/// rolling bearings with seals.
+/// With probability one half, where a coefficient is stated, grease of another temperature or kind: c is 0.4 to 2.5 times it,
+/// log-uniform. Else a seal or wiper drags beside what is stated, and takes 0.2 to 20 % of the rated force at the largest feed,
+/// log-uniform. Bittencourt, Gunnarsson (2012), *Static friction in a robot joint*, on temperature; friction in catalogues of
+/// linear guides and rolling bearings with seals.
 ///
 /// # Source
 /// Any text on servo axes; Janot, Gautier, Brunot (2019), eq. 2, term `Fv·q̇`.

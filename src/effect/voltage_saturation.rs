@@ -16,8 +16,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Prior
 /// A sag of the supply: U is 60 to 95 % of the stated limit of the effort, uniform; where none is stated, 0.5 to 1.1 times the
-/// largest voltage that ordinary motion takes, uniform. IEC 60034-1 expects supplies to vary by 10 %; IEC 61000-4-11 tests equipment with
-/// dips to 80, 70 and 40 %.
+/// largest voltage that ordinary motion takes, uniform. IEC 60034-1 expects supplies to vary by 10 %; IEC 61000-4-11 tests
+/// equipment with dips to 80, 70 and 40 %.
 ///
 /// # Source
 /// Saturation of any real amplifier.

@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 /// Constant over a run: no dependence on current or position.
 ///
 /// # Prior
-/// L of 0.7 to 1.3 times the stated one, uniform: data sheets give inductances to 20 to 30 %, iron saturates, and lines between or to the
-/// star point are mistaken. Data sheets of servo motors; Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs Handbook*, on
-/// saturation.
+/// L of 0.7 to 1.3 times the stated one, uniform: data sheets give inductances to 20 to 30 %, iron saturates, and lines between
+/// or to the star point are mistaken. Data sheets of servo motors; Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs
+/// Handbook*, on saturation.
 ///
 /// # Source
 /// Any text on electrical drives.

@@ -19,8 +19,8 @@ const COPPER_PER_K: f64 = 0.0039;
 /// Constant over a run. Copper gains 0.39 % per kelvin, so a warm winding is 20 to 40 % above its cold value.
 ///
 /// # Prior
-/// A winding at another temperature: R = R_stated·(1 + 0.0039/K·ΔT), ΔT of −10 to +100 K, uniform. IEC 60034-1: class F allows a rise
-/// of 105 K; IEC 60228: copper.
+/// A winding at another temperature: R = R_stated·(1 + 0.0039/K·ΔT), ΔT of −10 to +100 K, uniform. IEC 60034-1: class F allows a
+/// rise of 105 K; IEC 60228: copper.
 ///
 /// # Source
 /// Temperature coefficient of copper, IEC 60228.
