@@ -21,7 +21,7 @@ use std::f64::consts::{PI, TAU};
 use std::path::Path;
 
 fn machine() -> Machine {
-    Machine::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap()
+    Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap()
 }
 
 /// The machine with a second sensor at the load.

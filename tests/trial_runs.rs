@@ -8,8 +8,9 @@ use slideway::drive::motor::Circuit;
 use slideway::machine::Machine;
 use slideway::recording::{Existing, Format, Recording, Role, Run, SplitRule};
 use slideway::trial::Engine;
-use slideway::trial::calibrate::as_logged;
+use slideway::trial::engine::STEP_S;
 use slideway::trial::forge::logged;
+use slideway::trial::gauge::as_logged;
 use slideway::trial::laws::Otherwise;
 use slideway::trial::runs::{Bounds, Layout, MOST_SESSION_S, Movement, Session, TrialRun, draw, shared_out};
 use slideway::twin::Sensing;
@@ -20,8 +21,13 @@ const SESSIONS: u64 = 200;
 /// Joints with limits on both sides, without any, and with one at zero; a pendulum under its weight; direct motors.
 const MACHINES: [&str; 6] = ["grinder", "servo", "grinder_yaxis", "xl330", "emps", "delta_a3"];
 /// Nothing that the machine's file does not state.
-const OTHERWISE: Otherwise =
-    Otherwise { bristle_deflection: 4e-8, bristle_damping: 0.7, harmonics: [0.0; 2], phases: [0.0; 2] };
+const OTHERWISE: Otherwise = Otherwise {
+    bristle_deflection: 4e-8,
+    bristle_damping: 0.7,
+    harmonics: [0.0; 2],
+    phases: [0.0; 2],
+    foreign: None,
+};
 
 fn machine(name: &str) -> Machine {
     Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)).unwrap()
@@ -185,7 +191,8 @@ fn recorded(machine: &Machine, session: &Session) -> (Vec<Run>, Recording) {
     let signals = logged(machine);
     let run = |run: &TrialRun| {
         let (reference, sensing) = (run.reference(machine), Sensing::AsStated { seed: 1 });
-        let traces = Engine::Axis.simulate(machine, &OTHERWISE, sensing, &reference, run.begins_s).unwrap();
+        let traces =
+            Engine::Axis.simulate(machine, &OTHERWISE, sensing, &reference, run.begins_s, STEP_S).unwrap();
         as_logged(run, machine, &reference, traces, &signals).unwrap()
     };
     let runs: Vec<Run> = session.runs.iter().map(run).collect();
