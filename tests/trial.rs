@@ -373,8 +373,13 @@ fn exact_pair_that_cannot_be_forged_gives_way_to_a_spare() {
     assert_eq!(hidden, [payload, delay]);
 }
 
-const OTHERWISE: Otherwise =
-    Otherwise { bristle_deflection: 4e-8, bristle_damping: 0.7, harmonics: [0.0; 2], phases: [0.0; 2] };
+const OTHERWISE: Otherwise = Otherwise {
+    bristle_deflection: 4e-8,
+    bristle_damping: 0.7,
+    harmonics: [0.0; 2],
+    phases: [0.0; 2],
+    foreign: None,
+};
 
 fn strokes() -> Strokes {
     Strokes {

@@ -66,6 +66,7 @@ fn otherwise(machine: &Machine, stroke: f64, random: &mut StdRng) -> Otherwise {
         bristle_damping: random.random_range(0.5..1.0),
         harmonics: [random.random_range(0.02..0.06), random.random_range(0.01..0.03)],
         phases: [random.random_range(0.0..TAU), random.random_range(0.0..TAU)],
+        foreign: None,
     }
 }
 

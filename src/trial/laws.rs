@@ -1,16 +1,18 @@
 //! What forged machines do otherwise than the diagnosing twin: a plant around a plant.
 
 use super::bristle::ForgedBristle;
+use super::foreign::{Foreign, WarmingScale};
 use crate::effect::Unlike;
 use crate::error::Result;
 use crate::guide::{Bristle, Coast, DryFriction, StepForce};
 use crate::machine::Machine;
 use crate::plant::{Drive, Load, Plant};
+use crate::recording::Run;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
 /// What a forged machine has that no law of the catalogue describes.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Otherwise {
     /// Deflection δ after which dry friction slides, in m or rad: below the encoder's step. Presliding has its own.
     pub bristle_deflection: f64,
@@ -20,6 +22,22 @@ pub struct Otherwise {
     pub harmonics: [f64; 2],
     /// Their phases in rad.
     pub phases: [f64; 2],
+    /// What no law describes at all, where the tier asks for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub foreign: Option<Foreign>,
+}
+
+impl Otherwise {
+    /// What is logged of a run that was simulated so; see [`Foreign::logged`].
+    ///
+    /// # Errors
+    /// A run with uneven time stamps, where something foreign acts.
+    pub fn logged(&self, run: Run, machine: &Machine) -> Result<Run> {
+        match &self.foreign {
+            Some(foreign) => foreign.logged(run, machine),
+            None => Ok(run),
+        }
+    }
 }
 
 /// Forces of a forged machine that its twin does not apply itself.
@@ -28,6 +46,8 @@ pub struct Otherwise {
 /// - Dry friction is [`ForgedBristle`]: its sliding level is that of the machine's dry friction at this speed and direction, the
 ///   load's part included. Its damping is drawn where the machine states none.
 /// - Cogging and force ripple have a third and a fourth harmonic, shares of the first.
+/// - What is [`Foreign`] acts as far as it acts on the plant: shocks push, and a warming scale in the loop shows its reading
+///   in the place of the position.
 #[derive(Debug, Clone)]
 pub struct ForgedLaws {
     dry: DryFriction,
@@ -37,6 +57,7 @@ pub struct ForgedLaws {
     loaded: Option<(f64, Load)>,
     cogging: Option<Harmonics>,
     ripple: Option<Harmonics>,
+    foreign: Option<Foreign>,
 }
 
 /// Harmonics beyond the second: amplitudes, phases and period.
@@ -102,6 +123,7 @@ impl ForgedLaws {
             loaded,
             cogging,
             ripple,
+            foreign: otherwise.foreign.clone(),
         };
         Ok((walked, laws))
     }
@@ -123,6 +145,22 @@ impl<P: Plant> Forged<P> {
     /// The plant with these laws, the bristles undeflected, at a time of the session in s.
     pub fn new(inner: P, laws: ForgedLaws, clock_s: f64) -> Self {
         Self { inner, laws, deflection: 0.0, forces: [0.0; 2], ahead: None, clock_s }
+    }
+
+    /// The plant inside, which knows where the moving part is and not what a sensor shows.
+    pub fn inner(&self) -> &P {
+        &self.inner
+    }
+
+    /// The scale in the loop, where it warms.
+    fn scale(&self) -> Option<&WarmingScale> {
+        self.laws.foreign.as_ref().and_then(Foreign::in_loop)
+    }
+
+    /// Shocks over the coming step.
+    fn shock(&self) -> StepForce {
+        let step_s = self.inner.step_s();
+        self.laws.foreign.as_ref().map_or(StepForce::ZERO, |foreign| foreign.push(self.clock_s, step_s))
     }
 
     /// Drag by which a direction differs from the mean of both.
@@ -154,7 +192,8 @@ impl<P: Plant> Plant for Forged<P> {
     }
 
     fn position(&self) -> f64 {
-        self.inner.position()
+        let position = self.inner.position();
+        self.scale().map_or(position, |scale| scale.reading(position, self.clock_s))
     }
 
     fn velocity(&self) -> f64 {
@@ -182,7 +221,7 @@ impl<P: Plant> Plant for Forged<P> {
             harmonics.map_or(StepForce::ZERO, |h| StepForce::between(first * h.at(begin), last * h.at(end)))
         };
         let motor = motor + over(self.laws.ripple, ahead.motor_force);
-        let guide = guide + over(self.laws.cogging, [1.0; 2]);
+        let guide = guide + over(self.laws.cogging, [1.0; 2]) + self.shock();
         let coast = ahead.under(motor + guide);
         let drag = StepForce::between(self.drag(coast.velocity), self.drag(coast.free_velocity));
         let guide = guide + drag + StepForce::held(self.friction(coast.under(drag)));
@@ -193,7 +232,8 @@ impl<P: Plant> Plant for Forged<P> {
     }
 
     fn place(&mut self, position: f64, velocity: f64) {
-        self.inner.place(position, velocity);
+        let place = self.scale().map_or(position, |scale| scale.place(position, self.clock_s));
+        self.inner.place(place, velocity);
         (self.deflection, self.forces) = (0.0, [0.0; 2]);
     }
 

@@ -33,6 +33,7 @@ pub mod draw;
 pub mod engine;
 pub mod equals;
 pub mod folder;
+pub mod foreign;
 pub mod forge;
 pub mod interval;
 pub mod judge;

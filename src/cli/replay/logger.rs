@@ -49,6 +49,7 @@ impl Replay {
             bristle_damping: BRISTLE_DAMPING,
             harmonics: [0.0; 2],
             phases: [0.0; 2],
+            foreign: None,
         };
         engine.told(machine, &otherwise, sensing, commands, commands::STOOD_S, count)
     }
