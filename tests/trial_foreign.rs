@@ -47,6 +47,7 @@ fn otherwise(foreign: Option<Foreign>) -> Otherwise {
 }
 
 /// A mass that nothing holds.
+#[derive(Clone)]
 struct FreeMass {
     mass: f64,
     step_s: f64,
@@ -100,10 +101,7 @@ fn laws(foreign: Foreign) -> (Machine, ForgedLaws) {
 const SESSION_S: f64 = 0.1;
 
 /// A plant after a session under the shocks, nothing else driving it.
-fn struck<P: Plant>(plant: P) -> P
-where
-    P: Clone,
-{
+fn struck<P: Plant + Clone>(plant: P) -> P {
     let (_, laws) = laws(Foreign::Shocks(shocks()));
     let mut forged = Forged::new(plant, laws, 0.0);
     for _ in 0..(SESSION_S / forged.step_s()).round() as usize {
@@ -111,12 +109,6 @@ where
         forged.advance(StepForce::ZERO, StepForce::ZERO);
     }
     forged.inner().clone()
-}
-
-impl Clone for FreeMass {
-    fn clone(&self) -> Self {
-        Self { ..*self }
-    }
 }
 
 /// Half sines of impulse 2·F̂·ℓ/π each give a free mass that impulse over its mass, and carry it on from their middle.
