@@ -31,6 +31,7 @@ fn cause(effect: &str, site: &str, closes: f64, parameters: &[(&str, Parameter)]
         confusable_reason: None,
         parameters: parameters.iter().map(|(name, p)| ((*name).to_owned(), p.clone())).collect(),
         amplitudes: BTreeMap::new(),
+        phases: Vec::new(),
     }
 }
 

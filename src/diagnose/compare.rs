@@ -108,7 +108,10 @@ impl Reference {
             let of_effect =
                 |cause: &&mut Cause| calibration.path.starts_with(&format!("effect.{}.", cause.effect));
             // Its parts have moved since; they stand by themselves then.
-            self.causes.iter_mut().filter(of_effect).for_each(|cause| cause.amplitudes.clear());
+            self.causes.iter_mut().filter(of_effect).for_each(|cause| {
+                cause.amplitudes.clear();
+                cause.phases.clear();
+            });
         }
         let opened = |gap: f64| (gap * gap - 1.0).max(0.0);
         let share = opened(pass.gap.before) / opened(self.gap_before).max(f64::MIN_POSITIVE);
@@ -119,6 +122,7 @@ impl Reference {
                 Some(known) => {
                     known.closes += closes;
                     known.amplitudes.clone_from(&cause.amplitudes);
+                    known.phases.clone_from(&cause.phases);
                     for (key, parameter) in &cause.parameters {
                         match known.parameters.get_mut(key) {
                             Some(own) => renew(own, parameter),

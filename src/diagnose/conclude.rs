@@ -73,6 +73,7 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> Vec<Cause> {
                 confusable_with,
                 parameters: parameters(&chosen.fit, effect),
                 amplitudes: amplitudes(&chosen.fit, folds, effect),
+                phases: Vec::new(),
             }
         })
         .collect();

@@ -1,8 +1,8 @@
 //! A hypothesis: which effects the twin lacks, and the numbers that a fit may choose.
 
-use super::estimate::is_cumulative;
+use super::estimate::{Further, is_cumulative};
 use super::proposals::Proposals;
-use crate::effect::{EffectId, Nominal};
+use crate::effect::{EffectId, Nominal, Parameter};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::units::Motion;
@@ -151,6 +151,13 @@ pub(super) fn stated_values(machine: &Machine, effect: EffectId) -> Vec<f64> {
         .collect()
 }
 
+/// The same, then those of the numbers that are fitted where a recording tells them.
+pub(super) fn stated_numbers(machine: &Machine, effect: EffectId) -> Vec<f64> {
+    let further = effect.further().iter().map(|p| p.key(machine.motion()));
+    let further = further.map(|name| machine.number(&path(effect, name)).unwrap_or(0.0));
+    stated_values(machine, effect).into_iter().chain(further).collect()
+}
+
 /// An effect's numbers and their starting values as screening proposes them.
 fn proposed(
     machine: &Machine,
@@ -158,7 +165,7 @@ fn proposed(
     proposals: &Proposals,
 ) -> Option<(Vec<Free>, Vec<Vec<f64>>)> {
     let proposal = proposals.get(effect)?;
-    let neutral = stated_values(machine, effect);
+    let neutral = stated_numbers(machine, effect);
     let mut values = proposal.starts.clone();
     if machine.description().effect.contains(effect) {
         // Screening sees what is missing; where the twin has some of these already, that comes on top.
@@ -166,25 +173,29 @@ fn proposed(
             values.iter_mut().for_each(|start| start[0] += neutral[0]);
         }
         // What the twin has may have changed in size only.
-        values.insert(0, neutral.clone());
+        values.insert(0, neutral[..effect.parameters().len()].to_vec());
     }
     let first = values.first()?.clone();
-    let held = effect.parameters().iter().map(|parameter| parameter.held);
-    let numbers = parameters(effect, machine.motion())
-        .zip(held)
-        .enumerate()
-        .map(|(k, ((name, unit), held))| Free {
-            effect,
-            name,
-            unit,
-            path: path(effect, name),
-            freedom: Freedom::Cause,
-            neutral: neutral[k],
-            range: proposal.ranges[k],
-            scale: scale(first[k], proposal.ranges[k]),
-            held,
-        })
-        .collect();
+    let motion = machine.motion();
+    let number = |parameter: &Parameter, neutral: f64, start: f64, range: (f64, f64)| {
+        let name = parameter.key(motion);
+        let (path, unit, freedom) = (path(effect, name), parameter.unit(motion), Freedom::Cause);
+        let (scale, held) = (scale(start, range), parameter.held);
+        Free { effect, name, unit, path, freedom, neutral, range, scale, held }
+    };
+    let parameters = effect.parameters().iter().enumerate();
+    let mut numbers: Vec<Free> =
+        parameters.map(|(k, p)| number(p, neutral[k], first[k], proposal.ranges[k])).collect();
+    let stated = &neutral[numbers.len()..];
+    for ((parameter, &stated), further) in effect.further().iter().zip(stated).zip(&proposal.further) {
+        let Some(Further { start, range }) = *further else { continue };
+        numbers.push(number(parameter, stated, start, (range.0 + stated, range.1 + stated)));
+        // The first start of what the twin has is as it stands.
+        let stands = machine.description().effect.contains(effect);
+        for (k, values) in values.iter_mut().enumerate() {
+            values.push(if stands && k == 0 { stated } else { stated + start });
+        }
+    }
     Some((numbers, values))
 }
 

@@ -180,6 +180,10 @@ impl<'a> Ready<'a> {
         let mut causes = conclude::causes(found, &self.before, &folds);
         let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
         let improved = chosen.fit.machine(self.machine)?;
+        let vibrates = |cause: &&mut verdict::Cause| cause.effect == EffectId::ExternalVibration.name();
+        if let Some(cause) = causes.iter_mut().find(vibrates) {
+            cause.phases = phase::of_runs(&improved, self.training.iter().chain(&self.held_out))?;
+        }
         let mut gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],

@@ -239,7 +239,12 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
     let every = total.div_ceil(SCREEN_SAMPLES).max(1);
     let constants = machine.constants();
     let both_ends = constants.sees_both_ends;
-    let mut screen = Screen { motion: machine.motion(), constants: Some(constants), ..Screen::default() };
+    let mut screen = Screen {
+        motion: machine.motion(),
+        constants: Some(constants),
+        lever_weight: machine.lever_weight(),
+        ..Screen::default()
+    };
     let mut steps = Vec::new();
     for experiment in experiments {
         let motion = Motion::of(experiment, machine)?;

@@ -1,7 +1,8 @@
 //! The phase of a vibration in one run: the run's clock has nothing to do with the source.
 
-use super::experiment::trace;
+use super::experiment::{Experiment, trace};
 use super::hypothesis::path;
+use super::verdict::RunPhase;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -51,6 +52,26 @@ pub fn suited(
         }
     }
     Ok(machines)
+}
+
+/// The phase of the machine's vibration in each run, as the run states it or as it suits the run best; none where the machine
+/// has no vibration.
+///
+/// # Errors
+/// A setting of a run that the machine does not have.
+pub fn of_runs<'a>(
+    machine: &Machine,
+    runs: impl IntoIterator<Item = &'a Experiment>,
+) -> Result<Vec<RunPhase>> {
+    let mut phases = Vec::new();
+    for experiment in runs {
+        let set = experiment.machine(machine)?;
+        let Some(law) = &set.description().effect.external_vibration else { continue };
+        let (sine, cosine) = law.phase_rad.sin_cos();
+        let run = experiment.run().name().to_owned();
+        phases.push(RunPhase { run, phase_rad: sine.atan2(cosine) });
+    }
+    Ok(phases)
 }
 
 /// The phase in rad at which the replays come nearest to the run; none where they do not depend on it.

@@ -1,6 +1,6 @@
 //! Starting values and ranges for every effect, from one look at the motion.
 
-use super::estimate::{self, Screen};
+use super::estimate::{self, Further, Screen};
 use crate::effect::EffectId;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -12,6 +12,9 @@ pub struct Proposal {
     pub starts: Vec<Vec<f64>>,
     /// Range of each parameter.
     pub ranges: Vec<(f64, f64)>,
+    /// Of each number beside the parameters, in the order of [`Law::FURTHER`](crate::effect::Law::FURTHER); none of one that
+    /// the recording does not tell.
+    pub further: Vec<Option<Further>>,
 }
 
 /// The proposals for a set of effects, all from the same screening.
@@ -26,7 +29,7 @@ impl Proposals {
             let ranges = estimate::range(effect, screen);
             let sound = |start: &Vec<f64>| start.iter().all(|value| value.is_finite());
             let starts = estimate::start(effect, screen).into_iter().filter(sound).collect();
-            (effect, Proposal { starts, ranges })
+            (effect, Proposal { starts, ranges, further: estimate::further(effect, screen) })
         };
         Self(effects.par_iter().map(propose).collect())
     }

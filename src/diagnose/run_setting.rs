@@ -1,6 +1,6 @@
 //! The settings of a run on top of what a fit moves.
 
-use super::hypothesis::{path, stated_values};
+use super::hypothesis::{path, stated_numbers};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -63,7 +63,7 @@ impl RunSettings {
 
 impl Shift {
     fn value(&self, machine: &Machine) -> f64 {
-        let fitted = stated_values(machine, self.effect)[self.index];
+        let fitted = stated_numbers(machine, self.effect)[self.index];
         // The set value to the last bit where nothing was fitted.
         if fitted == self.stated { self.set } else { fitted + (self.set - self.stated) }
     }
@@ -74,13 +74,14 @@ fn shift(machine: &Machine, key: &str, value: &toml::Value) -> Option<Shift> {
     let set = value.as_float().or_else(|| value.as_integer().map(|n| n as f64))?;
     let (name, number) = key.strip_prefix("effect.")?.split_once('.')?;
     let effect = EffectId::ALL.iter().copied().find(|effect| effect.name() == name)?;
-    let index = effect.parameters().iter().position(|p| [p.name, p.revolute_name].contains(&number))?;
+    let mut numbers = effect.parameters().iter().chain(effect.further()).enumerate();
+    let (index, parameter) = numbers.find(|(_, p)| [p.name, p.revolute_name].contains(&number))?;
     // One name for one number: the one that fits use.
-    let path = path(effect, effect.parameters()[index].key(machine.motion()));
+    let path = path(effect, parameter.key(machine.motion()));
     let stated = match machine.stated_before(&path) {
         // What an earlier diagnosis identified is no more undone by a known setting than what this one fits.
         Some(before) => before.unwrap_or(0.0),
-        None => stated_values(machine, effect)[index],
+        None => stated_numbers(machine, effect)[index],
     };
     stated.is_finite().then_some(Shift { effect, index, path, set, stated })
 }

@@ -65,6 +65,19 @@ pub struct Cause {
     /// Amplitudes of its waves, each of a sine and a cosine among the parameters.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub amplitudes: BTreeMap<String, Parameter>,
+    /// Of a vibration from outside, its phase in each run, training runs first.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub phases: Vec<RunPhase>,
+}
+
+/// The phase φ of a vibration from outside, F = A·sin(2π·f·t + φ), in one run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct RunPhase {
+    /// The run.
+    pub run: String,
+    /// φ in rad, −π to π; that which the run states, where it states one. t is the time of the session: the run begins at
+    /// t = [`Run::begins_s`](crate::recording::Run::begins_s).
+    pub phase_rad: f64,
 }
 
 impl Cause {

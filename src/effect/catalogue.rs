@@ -30,6 +30,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::PARAMETERS,)+ }
             }
 
+            /// See [`Law::FURTHER`].
+            pub fn further(self) -> &'static [Parameter] {
+                match self { $(Self::$law => <$law as Law>::FURTHER,)+ }
+            }
+
             /// See [`Law::MODIFIES`].
             pub fn modifies(self) -> &'static [EffectId] {
                 match self { $(Self::$law => <$law as Law>::MODIFIES,)+ }
@@ -133,8 +138,9 @@ macro_rules! catalogue {
 
         $(const _: () = assert!(
             <$law as Law>::EXAMPLE.len() == <$law as Law>::PARAMETERS.len()
-                && <$law as Law>::SYMBOLS.len() == <$law as Law>::PARAMETERS.len(),
-            "an example has a value for each parameter, and an equation a symbol"
+                && <$law as Law>::SYMBOLS.len()
+                    == <$law as Law>::PARAMETERS.len() + <$law as Law>::FURTHER.len(),
+            "an example has a value for each parameter, and an equation a symbol for each number"
         );)+
 
         /// One effect with its parameters.

@@ -198,6 +198,9 @@ pub trait Law: Sized {
     const SITE: Site;
     /// Its parameters, in the order of [`neutral`](Law::neutral) and of all lists of their values.
     const PARAMETERS: &'static [Parameter];
+    /// Numbers that a fit chooses beside the parameters where the recording tells them; elsewhere they stay as the machine file
+    /// states them. Zero leaves the twin as it is.
+    const FURTHER: &'static [Parameter] = &[];
     /// What it is, in a phrase that fits into "… causes 94 % of the gap".
     const PHRASE: &'static str;
     /// Of a feature: the effects of which it modifies one or several. Without any of them it does nothing, and is
@@ -268,7 +271,7 @@ pub trait Law: Sized {
     /// Its equation as its documentation has it, one line a case.
     const EQUATION: &'static str;
 
-    /// The symbols of its parameters in that equation.
+    /// The symbols of its parameters in that equation, then those of [`FURTHER`](Law::FURTHER).
     const SYMBOLS: &'static [&'static str];
 
     /// Where the equation is from.

@@ -16,23 +16,45 @@ impl Machine {
         self.description.effect.payload.as_ref().filter(|payload| payload.has_lever())
     }
 
-    /// Whether the machine carries a mass at a lever.
-    pub fn has_lever(&self) -> bool {
-        self.lever().is_some()
+    /// Key path by which weight at a lever is stated; none where the machine carries none.
+    pub fn lever_key(&self) -> Option<&'static str> {
+        self.lever().map(Payload::lever_key)
     }
 
-    /// The moving body in the joint's frame, with the mass that it carries at a lever.
+    /// The moving body in the joint's frame, with the mass that it carries at a lever; its centre is off by a moment that is
+    /// stated without a mass.
     pub fn moving_body(&self) -> MassProperties {
         let own = self.solid.moving.mass;
-        match self.lever().and_then(|payload| self.carried(payload)) {
-            Some(carried) => MassProperties::combined(&[own, carried]),
-            None => own,
-        }
+        let Some((payload, direction)) = self.lever().and_then(|p| Some((p, self.lever_direction(p)?)))
+        else {
+            return own;
+        };
+        let carried = MassProperties {
+            mass_kg: payload.lever_mass_kg,
+            centre_m: payload.lever_m * direction,
+            inertia_kg_m2: Matrix3::zeros(),
+        };
+        let mut body =
+            if payload.lever_mass_kg == 0.0 { own } else { MassProperties::combined(&[own, carried]) };
+        body.centre_m += direction * (payload.lever_moment_kg_m / body.mass_kg);
+        body
+    }
+
+    /// Weight of a payload per kg·m of its mass times its lever, as an effort along the joint; none on a prismatic or upright
+    /// axis, and where nothing tells the payload's direction.
+    pub fn lever_weight(&self) -> Option<Weight> {
+        let payload = self.description.effect.payload.clone();
+        let direction = match self.motion() {
+            Motion::Prismatic => None,
+            Motion::Revolute => self.lever_direction(&payload.unwrap_or_default()),
+        };
+        let unit = |centre_m| MassProperties { mass_kg: 1.0, centre_m, inertia_kg_m2: Matrix3::zeros() };
+        Weight::of(&self.solid.joint, &unit(direction?), 1.0).filter(|_| self.gravity_across().is_some())
     }
 
     /// The solid model with the mass that its moving body carries at a lever.
     pub fn loaded_solid(&self) -> Cow<'_, Solid> {
-        if !self.has_lever() {
+        if self.lever().is_none() {
             return Cow::Borrowed(&*self.solid);
         }
         let mut solid = Solid::clone(&self.solid);
@@ -40,36 +62,33 @@ impl Machine {
         Cow::Owned(solid)
     }
 
-    /// The mass at its lever, at q = 0; none where nothing tells its direction.
-    fn carried(&self, payload: &Payload) -> Option<MassProperties> {
-        let joint = &self.solid.joint;
-        let (axis, gravity) = (joint.axis, joint.gravity());
-        let across = gravity - axis.into_inner() * gravity.dot(&axis);
+    /// Direction of gravity across the axis, in the joint's frame; none where the axis is upright.
+    fn gravity_across(&self) -> Option<Vector3<f64>> {
+        let (axis, gravity) = (self.solid.joint.axis.into_inner(), self.solid.joint.gravity());
+        let across = gravity - axis * gravity.dot(&axis);
+        (across.norm() > UPRIGHT * gravity.norm()).then(|| across.normalize())
+    }
+
+    /// Direction from the axis to the payload at q = 0; none where nothing tells it.
+    fn lever_direction(&self, payload: &Payload) -> Option<Vector3<f64>> {
+        let (joint, across) = (&self.solid.joint, self.gravity_across());
         // About an upright axis nothing hangs, and every direction is alike.
-        let down = if across.norm() > UPRIGHT * gravity.norm() {
-            across.normalize()
-        } else {
-            axis.cross(&Vector3::x()).try_normalize(0.1).unwrap_or_else(Vector3::y)
-        };
+        let any = || joint.axis.cross(&Vector3::x()).try_normalize(0.1).unwrap_or_else(Vector3::y);
         let own = || Weight::of(joint, &self.solid.moving.mass, self.solid.moving_inertia_along_joint());
         let hangs_at = match payload.hangs_at_rad {
             Some(angle) => angle,
-            None if across.norm() > UPRIGHT * gravity.norm() => own()?.hanging_rad()?,
+            None if across.is_some() => own()?.hanging_rad()?,
             None => 0.0,
         };
-        let direction = UnitQuaternion::from_axis_angle(&axis, -hangs_at) * down;
-        Some(MassProperties {
-            mass_kg: payload.lever_mass_kg,
-            centre_m: payload.lever_m * direction,
-            inertia_kg_m2: Matrix3::zeros(),
-        })
+        Some(UnitQuaternion::from_axis_angle(&joint.axis, -hangs_at) * across.unwrap_or_else(any))
     }
 
     /// Refuses a lever on a prismatic axis, and one whose direction nothing tells.
     pub(super) fn check_lever(&self) -> Result<()> {
-        let Some(payload) = self.lever() else { return Ok(()) };
+        let told = self.description.effect.payload.as_ref().filter(|payload| payload.tells_of_lever());
+        let Some(payload) = told else { return Ok(()) };
         let refused = |kind, found: &str| {
-            Error::new(kind).file(&self.file).key("effect.payload.lever_m").found(found.to_owned())
+            Error::new(kind).file(&self.file).key(payload.lever_key()).found(found.to_owned())
         };
         if self.motion() == Motion::Prismatic {
             return Err(refused(ErrorKind::Inconsistent, "a payload at a lever on an axis that slides")
@@ -78,7 +97,7 @@ impl Machine {
                     "state the payload as mass_kg; where it lies makes no difference along a straight axis",
                 ));
         }
-        if self.carried(payload).is_none() {
+        if self.lever_direction(payload).is_none() {
             return Err(refused(
                 ErrorKind::Missing,
                 "a payload at a lever on a part that is balanced about its axis",

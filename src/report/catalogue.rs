@@ -70,8 +70,8 @@ fn words(likeness: &Likeness) -> String {
 
 /// Symbol, key, unit and allowed values, for either kind of axis where they differ.
 fn keys(effect: EffectId) -> String {
-    let parameters = effect.symbols().iter().zip(effect.parameters());
-    let rows: Vec<[String; 4]> = parameters.flat_map(|(symbol, parameter)| rows(symbol, parameter)).collect();
+    let numbers = effect.symbols().iter().zip(effect.parameters().iter().chain(effect.further()));
+    let rows: Vec<[String; 4]> = numbers.flat_map(|(symbol, parameter)| rows(symbol, parameter)).collect();
     let width = |column: usize| rows.iter().map(|row| columns(&row[column])).max().unwrap_or_default();
     let (sign, key, unit) = (width(0), width(1), width(2));
     let line = |[symbol, name, of, allowed]: &[String; 4]| {

@@ -43,6 +43,11 @@ pub(super) fn plain(number: f64) -> String {
     value(number, "")
 }
 
+/// An angle of any size to a thousandth of a radian.
+pub(super) fn angle(value_rad: f64) -> String {
+    if value_rad.is_finite() { format!("{value_rad:.3} rad") } else { NONE.to_owned() }
+}
+
 /// How many SI units the engineering unit of a value is, and its symbol.
 pub(super) fn engineering_unit(value: f64, si_unit: &str) -> (f64, String) {
     let text = engineering(value, si_unit);

@@ -128,7 +128,7 @@ pub(super) fn name(key: &str) -> String {
 
 /// A key without the unit at its end.
 fn without_unit(key: &str) -> &str {
-    const UNITS: [&str; 20] = [
+    const UNITS: [&str; 21] = [
         "_nm_per_rad",
         "_n_s_per_m",
         "_nm_s_per_rad",
@@ -138,6 +138,7 @@ fn without_unit(key: &str) -> &str {
         "_nm_per_a",
         "_n_per_m",
         "_kg_m2",
+        "_kg_m",
         "_ohm",
         "_rad",
         "_nm",

@@ -3,7 +3,7 @@
 use super::Style;
 use super::changes::baseline;
 use super::layout::{Align, Table, paragraph};
-use super::number::{NONE, estimate, interval, percent, plain, probability, twin};
+use super::number::{NONE, angle, estimate, interval, percent, plain, probability, twin};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis};
 
@@ -86,6 +86,14 @@ fn parameters(causes: &[Cause]) -> Table {
                 estimate(parameter),
                 interval(parameter),
                 twin(parameter),
+            ]);
+        }
+        for phase in &cause.phases {
+            table.row(vec![
+                format!("phase_rad in {}", phase.run),
+                angle(phase.phase_rad),
+                NONE.to_owned(),
+                NONE.to_owned(),
             ]);
         }
     }

@@ -38,6 +38,21 @@ pub trait Estimate: Law {
 
     /// The range in which a fit may look for each parameter, in the same order.
     fn range(screen: &Screen) -> Vec<(f64, f64)>;
+
+    /// Start and range of each of [`Law::FURTHER`]; none of one that the recording does not tell. A start counts from what the
+    /// twin states already.
+    fn further(_screen: &Screen) -> Vec<Option<Further>> {
+        Vec::new()
+    }
+}
+
+/// Where a fit of a number beside an effect's parameters begins and how far it looks.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Further {
+    /// Starting value.
+    pub start: f64,
+    /// Range of the fit.
+    pub range: (f64, f64),
 }
 
 /// From the lines of the catalogue makes the functions that ask each law's [`Estimate`].
@@ -51,6 +66,11 @@ macro_rules! of_every_law {
         /// The ranges in which a fit of an effect may look; see [`Estimate::range`].
         pub fn range(effect: EffectId, screen: &Screen) -> Vec<(f64, f64)> {
             match effect { $(EffectId::$law => <effect::$law as Estimate>::range(screen),)+ }
+        }
+
+        /// Starts and ranges of the numbers beside an effect's parameters; see [`Estimate::further`].
+        pub fn further(effect: EffectId, screen: &Screen) -> Vec<Option<Further>> {
+            match effect { $(EffectId::$law => <effect::$law as Estimate>::further(screen),)+ }
         }
 
         /// See [`Estimate::CUMULATIVE`].

@@ -2,6 +2,7 @@
 
 use super::periodogram::orthonormal;
 use crate::effect::Constants;
+use crate::solid::Weight;
 use crate::units::Motion;
 use nalgebra::{DMatrix, DVector};
 
@@ -55,6 +56,8 @@ pub struct Screen {
     pub largest_force: f64,
     /// Step of the grid on which all recorded positions lie, in m or rad, if there is one.
     pub reading_step: Option<f64>,
+    /// Weight of a payload per kg·m of its mass times its lever; none where nothing hangs.
+    pub lever_weight: Option<Weight>,
 }
 
 impl Default for Screen {
@@ -74,6 +77,7 @@ impl Default for Screen {
             load_difference: Vec::new(),
             largest_force: 0.0,
             reading_step: None,
+            lever_weight: None,
         }
     }
 }

@@ -94,10 +94,10 @@ impl MujocoRig {
                 .expected("a positive step in s")
                 .remedy("use 62.5e-6, a quarter of a control period of 250 µs"));
         }
-        if machine.has_lever() {
+        if let Some(key) = machine.lever_key() {
             return Err(Error::new(ErrorKind::Inconsistent)
                 .file(machine.file())
-                .key("effect.payload.lever_m")
+                .key(key)
                 .found("a payload at a lever")
                 .expected("in MuJoCo, only bodies of the URDF off the axis")
                 .remedy(

@@ -6,7 +6,7 @@ use crate::diagnose::verdict::{Cause, Parameter};
 use crate::effect::EffectId;
 use crate::report::changes::{had, runs, verdict};
 use crate::report::figure::{Axis, Bar, Bars, Figure, Ink, Panel, Row};
-use crate::report::number::{interval, plain, probability, twin, with_interval};
+use crate::report::number::{angle, interval, plain, probability, twin, with_interval};
 use crate::report::sentence::{name, phrase};
 
 /// Effects and explanations that are listed before the rest is folded.
@@ -37,12 +37,13 @@ fn cause(cause: &Cause, had: &str) -> Vec<String> {
         let before = if p.twin.is_finite() { format!(" ({had}: {})", twin(p)) } else { String::new() };
         format!("{} {}{before}", name(key), with_interval(p))
     };
+    let phases = cause.phases.iter().map(|p| format!("phase of run {} {}", p.run, angle(p.phase_rad)));
     vec![
         phrase(&cause.effect),
         cause.site.clone(),
         probability(cause.probability),
         crate::report::number::percent(cause.closes),
-        cause.numbers().map(parameter).collect::<Vec<_>>().join("\n"),
+        cause.numbers().map(parameter).chain(phases).collect::<Vec<_>>().join("\n"),
         confusable(cause),
     ]
 }
