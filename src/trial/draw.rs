@@ -1,6 +1,6 @@
 //! One case drawn: runs, nominal errors, effects and what each of them makes.
 
-use super::convergence::converged;
+use super::convergence::{Converged, converged};
 use super::engine::Engine;
 use super::equals::struck;
 use super::foreign::{Foreign, ForeignKind};
@@ -55,6 +55,23 @@ pub struct Site<'a> {
     pub logged: &'a [Signal],
 }
 
+/// What is drawn before anything is measured.
+struct Drawn<'a> {
+    runs: &'a [TrialRun],
+    otherwise: &'a Otherwise,
+    foreign: Option<Foreign>,
+    real: &'a Real<'a>,
+    scale: &'a Machinery,
+}
+
+/// What a draw makes.
+struct Measured {
+    effects: Vec<HiddenEffect>,
+    otherwise: Otherwise,
+    gap: f64,
+    converged: Converged,
+}
+
 impl Site<'_> {
     /// Draws a planned case. Nothing is drawn again because it does not show.
     ///
@@ -79,18 +96,17 @@ impl Site<'_> {
 
     /// One draw; none where the axis does not work.
     fn attempt(&self, planned: &Planned, random: &mut StdRng) -> Result<Option<TrueCase>> {
-        let Site { machine, logged, .. } = *self;
+        let machine = self.machine;
         let runs = runs::draw(machine, random)?.runs;
         let care = if planned.tier == Tier::Poor { Care::Poor } else { Care::Careful };
         let nominal = NominalErrors::draw(machine, care, random);
-        let mut otherwise = otherwise(random);
-        let plain = Real::new(machine, nominal.clone(), Vec::new())?;
-        let scale = machinery(machine, &plain, &runs)?;
+        let otherwise = otherwise(random);
+        let scale = machinery(machine, &Real::new(machine, nominal.clone(), Vec::new())?, &runs)?;
         let foreign = foreign(planned.tier, machine, &scale, &runs, random);
         // What is foreign is outside by itself.
-        let asked: &[EffectId] = if foreign.is_some() { &[] } else { &planned.effects };
+        let asked = if foreign.is_some() { Vec::new() } else { planned.effects.clone() };
         let prior = &mut Prior::new(random);
-        let stated = stated_friction(machine, &scale, asked, prior);
+        let stated = stated_friction(machine, &scale, &asked, prior);
         let before = match planned.tier {
             Tier::Change => {
                 self.before(&Real::new(machine, nominal.clone(), stated.clone())?, &scale, planned, prior)?
@@ -100,47 +116,58 @@ impl Site<'_> {
         let real = Real::new(machine, nominal.clone(), [&stated[..], &before].concat())?;
         let scale = machinery(machine, &real, &runs)?;
         // Values that the machine's description refuses make no machine.
-        let Ok(mut acting) = hidden(&real, &scale, asked, prior) else { return Ok(None) };
-        let quiet = real.with(&[])?;
-        let Ok(sketched) = Gauge::new([&real.with(&acting)?, &quiet], &otherwise, &runs, logged) else {
-            return Ok(None);
-        };
-        acting.extend(nuisances(&sketched, &real, &scale, &acting, prior));
-        let whole = real.with(&acting)?;
-        let Ok(gauge) = Gauge::new([&whole, &quiet], &otherwise, &runs, logged) else { return Ok(None) };
-        let Some(together) = gauge.change(&quiet) else { return Ok(None) };
-        let calibration = Calibration::new(&gauge, &real, &acting);
-        let Some(effects) = effects(&gauge, &real, &acting, &calibration, &scale, prior)? else {
-            return Ok(None);
-        };
-        let mut gap = gauge.size(&calibration.beyond(&together));
-        if foreign.is_some() {
-            otherwise.foreign = foreign;
-            let Ok(gauge) = Gauge::new([&whole, &quiet], &otherwise, &runs, logged) else { return Ok(None) };
-            let Some(change) = gauge.change(&whole) else { return Ok(None) };
-            gap = gauge.size(&change);
-        }
-        let run = &runs[gauge.longest()];
-        let Ok(converged) = converged(self.engine, &whole, &otherwise, run, logged, &gauge) else {
-            return Ok(None);
-        };
+        let Ok(acting) = hidden(&real, &scale, &asked, prior) else { return Ok(None) };
+        let drawn = Drawn { runs: &runs, otherwise: &otherwise, foreign, real: &real, scale: &scale };
+        let Some(measured) = self.measured(&drawn, acting, prior)? else { return Ok(None) };
         let known = |list: &[Acting]| list.iter().map(|acting| Known::new(acting, machine)).collect();
         Ok(Some(TrueCase {
             case: 0,
             tier: planned.tier,
-            struck: self.struck(planned, &effects, &before, prior),
-            effects,
-            twin: twin(machine, &stated, asked, care, prior),
+            struck: self.struck(planned, &measured.effects, &before, prior),
+            effects: measured.effects,
+            twin: twin(machine, &stated, &asked, care, prior),
             stated: known(&stated),
             before: known(&before),
             nominal,
-            otherwise,
-            runs,
+            otherwise: measured.otherwise,
             missing: planned.missing.iter().map(|s| s.key(machine.motion()).to_owned()).collect(),
-            gap,
-            step_s: converged.step_s,
-            integration_error: converged.error,
+            gap: measured.gap,
+            step_s: measured.converged.step_s,
+            integration_error: measured.converged.error,
+            runs,
         }))
+    }
+
+    /// Adds nuisances to what is drawn, and measures all of it; none where the axis does not work.
+    fn measured(
+        &self,
+        drawn: &Drawn,
+        mut acting: Vec<Acting>,
+        prior: &mut Prior,
+    ) -> Result<Option<Measured>> {
+        let Drawn { runs, otherwise, real, scale, .. } = *drawn;
+        let quiet = real.with(&[])?;
+        let gauge = |hidden: &[Acting], otherwise: &Otherwise| {
+            let whole = real.with(hidden).ok()?;
+            Some((Gauge::new([&whole, &quiet], otherwise, runs, self.logged).ok()?, whole))
+        };
+        let Some((sketched, _)) = gauge(&acting, otherwise) else { return Ok(None) };
+        acting.extend(nuisances(&sketched, real, scale, &acting, prior));
+        let Some((own, whole)) = gauge(&acting, otherwise) else { return Ok(None) };
+        let Some(together) = own.change(&quiet) else { return Ok(None) };
+        let calibration = Calibration::new(&own, real, &acting);
+        let Some(effects) = effects(&own, real, &acting, &calibration, scale, prior)? else {
+            return Ok(None);
+        };
+        let otherwise = Otherwise { foreign: drawn.foreign.clone(), ..otherwise.clone() };
+        let mut gap = own.size(&calibration.beyond(&together));
+        if drawn.foreign.is_some() {
+            let Some((disturbed, whole)) = gauge(&acting, &otherwise) else { return Ok(None) };
+            let Some(change) = disturbed.change(&whole) else { return Ok(None) };
+            gap = disturbed.size(&change);
+        }
+        let converged = converged(self.engine, &whole, &otherwise, &runs[own.longest()], self.logged, &own);
+        Ok(converged.ok().map(|converged| Measured { effects, otherwise, gap, converged }))
     }
 
     /// What a machine had hidden before it changed: nothing, or an effect that has nothing to do with the change.
