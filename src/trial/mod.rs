@@ -25,23 +25,19 @@
 //! - **Judging is apart from developing** by the seed: see [`Seed`].
 //! - **Everything follows from the seed**: forging again, after a kill or elsewhere, gives the same bytes.
 
-pub mod bars;
 pub mod bristle;
 pub mod calibrate;
-pub mod confusion;
 pub mod draw;
 pub mod engine;
 pub mod equals;
 pub mod folder;
 pub mod forge;
-pub mod interval;
-pub mod judge;
 pub mod laws;
 pub mod nominal;
 pub mod plan;
 pub mod run;
 pub mod scale;
-pub mod score;
+pub mod scoring;
 pub mod seal;
 pub mod seed;
 pub mod size;
@@ -54,7 +50,7 @@ pub use engine::Engine;
 pub use folder::Trial;
 pub use forge::{Order, forge};
 pub use run::run;
-pub use score::{Scores, score};
+pub use scoring::{Scores, score};
 pub use seal::{CommittedVerdicts, Sealed};
 pub use seed::Seed;
 pub use tier::Tier;
