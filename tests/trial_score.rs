@@ -127,6 +127,7 @@ fn exact_a_large_effect_must_be_named() {
     assert!((named.parameter_error.unwrap() - 0.1).abs() < 1e-12);
     assert_eq!(named.covered, Some(0.0));
     for came in ["no_gap", "refused", "unknown"] {
+        assert!(judged(&single(20.0), came, &[]).probability.unwrap().is_sign_positive());
         let none = judged(&single(20.0), came, &[]);
         assert_eq!(
             (none.top_1, none.all_named, none.is_right()),
@@ -484,7 +485,7 @@ fn exact_bars_pass_and_miss_at_their_edges() {
     }
     // An extra name is no matter for the first bar, but for the second and for changes.
     let extra = judged(&single(3.0), "cause", &[(COULOMB, 0.8), (PAYLOAD, 0.8)]);
-    assert_eq!(outcome(&[extra.clone()], "single from 3 σ: named first"), Outcome::Passed);
+    assert_eq!(outcome(std::slice::from_ref(&extra), "single from 3 σ: named first"), Outcome::Passed);
     assert_eq!(outcome(&[extra], "single from 3 σ: all named"), Outcome::Missed);
     let outside = |gap, came| judged(&truth(Tier::Outside, &[planned(EffectId::Payload, gap)]), came, &[]);
     let came = [18, 17].map(|hits| {

@@ -305,7 +305,7 @@ fn probability(hidden: &HiddenEffect, said: &Said) -> f64 {
         causes.any(|cause| cause.confusable_with.iter().any(|other| hidden.is_called(other)))
     };
     let group = said.effects.iter().filter(|e| hidden.is_called(&e.effect) || reports(&e.effect));
-    group.map(|e| e.probability).sum::<f64>().min(1.0)
+    group.fold(0.0, |sum: f64, e| sum + e.probability).min(1.0)
 }
 
 /// Whether the largest share of the gap is put where something hidden lies.

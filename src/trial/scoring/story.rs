@@ -22,7 +22,8 @@ pub(super) fn story(hidden: &[&HiddenEffect], truth: &TrueCase, said: &Said) -> 
 }
 
 fn effects(hidden: &[&HiddenEffect]) -> String {
-    let all: Vec<String> = hidden.iter().copied().map(one).collect();
+    let (planned, along): (Vec<&HiddenEffect>, Vec<&HiddenEffect>) = hidden.iter().partition(|h| h.planned);
+    let all: Vec<String> = planned.into_iter().chain(along).map(one).collect();
     if all.is_empty() { "nothing".to_owned() } else { all.join(" and ") }
 }
 

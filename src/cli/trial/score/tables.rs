@@ -12,7 +12,7 @@ use crate::cli::table::Table;
 
 /// Columns of the screen.
 const WIDTH: usize = 100;
-/// Tiers that stand beside one another.
+/// Most tiers that stand beside one another.
 const ABREAST: usize = 4;
 /// From so many seconds on, no fraction is shown.
 const WHOLE_SECONDS: f64 = 10.0;
@@ -33,10 +33,8 @@ pub(super) fn show(scores: &Scores, out: &mut Vec<u8>) -> io::Result<()> {
     }
     writeln!(out, "\nBars:")?;
     bars(scores, out)?;
-    writeln!(out, "\nEvery tier, with 95 % intervals:")?;
-    for abreast in scores.tiers.chunks(ABREAST) {
-        tiers(abreast, out)?;
-    }
+    writeln!(out, "\nEvery tier, with 95 % intervals (parameter error, gap closed, seconds: medians):")?;
+    out.extend(tiers(&scores.tiers)?);
     section(!scores.bands.is_empty(), "By size, the smallest planned gap; shares in %:", out)?;
     bands(scores, out)?;
     section(!scores.effects.is_empty(), "Single cases by planned effect; shares in %:", out)?;
@@ -79,6 +77,11 @@ fn level(level: &Level, decimals: usize) -> String {
 
 fn seconds(taken: &Level) -> String {
     level(taken, if taken.value.is_some_and(|value| value >= WHOLE_SECONDS) { 0 } else { 1 })
+}
+
+/// A share in percent to a tenth, under a name that says so.
+fn parameter_error(error: &Level) -> String {
+    interval(error.value, error.ci95, 100.0, 1, "")
 }
 
 fn interval(value: Option<f64>, ci95: Option<[f64; 2]>, scale: f64, decimals: usize, unit: &str) -> String {
@@ -126,15 +129,31 @@ const ROWS: [Row; 19] = [
     ("unknown or undecided", |t| percent(&t.flagged), true, true),
     ("site right", |t| percent(&t.site), true, true),
     ("probability on truth", |t| level(&t.probability, 2), false, false),
-    ("parameter error, median", |t| level(&t.parameter_error, 3), false, false),
+    ("parameter error, %", |t| parameter_error(&t.parameter_error), false, false),
     ("truth in 95 % intervals", |t| level(&t.covered, 2), true, true),
-    ("gap closed, median", |t| level(&t.closed, 2), true, true),
+    ("gap closed", |t| level(&t.closed, 2), true, true),
     ("predicted within ±0.1", |t| percent(&t.predicted_within), true, true),
     ("seconds on one core", |t| seconds(&t.seconds), true, true),
 ];
 
+/// Every tier, as many beside one another as the screen has room for.
+fn tiers(summaries: &[ByTier]) -> io::Result<Vec<u8>> {
+    let mut out = Vec::new();
+    for abreast in (1..=ABREAST).rev() {
+        out.clear();
+        for (k, few) in summaries.chunks(abreast).enumerate() {
+            out.extend(if k > 0 { b"\n".as_slice() } else { b"" });
+            columns(few, &mut out)?;
+        }
+        if String::from_utf8_lossy(&out).lines().all(|line| line.chars().count() <= WIDTH) {
+            break;
+        }
+    }
+    Ok(out)
+}
+
 /// One column a tier, one row a number.
-fn tiers(abreast: &[ByTier], out: &mut Vec<u8>) -> io::Result<()> {
+fn columns(abreast: &[ByTier], out: &mut Vec<u8>) -> io::Result<()> {
     let heads = abreast.iter().map(|summary| summary.tier.name().to_owned());
     let mut table = Table::of(std::iter::once(String::new()).chain(heads).collect());
     for (name, cell, in_null, in_outside) in ROWS {
@@ -148,13 +167,12 @@ fn tiers(abreast: &[ByTier], out: &mut Vec<u8>) -> io::Result<()> {
     table.write(out)
 }
 
-const SHARES: [&str; 6] = ["cases", "first", "in two", "all", "no extra", "probability"];
+const SHARES: [&str; 5] = ["cases", "first", "all", "no extra", "probability"];
 
-fn shares(tally: &Tally) -> [String; 6] {
+fn shares(tally: &Tally) -> [String; 5] {
     [
         tally.cases.to_string(),
         bare(&tally.top_1),
-        bare(&tally.top_2),
         bare(&tally.planned_named),
         bare(&tally.nothing_extra),
         level(&tally.probability, 2),
