@@ -1,6 +1,7 @@
 //! The confusion matrix of a blind trial: as text, and as a picture.
 
-use crate::trial::confusion::Confusion;
+use super::layout::wrap;
+use crate::trial::scoring::confusion::Confusion;
 use std::fmt::Write as _;
 
 /// Side of a cell.
@@ -13,6 +14,8 @@ const INK: &str = "#222222";
 /// Okabe and Ito's blue where the hidden effect was named, their vermilion where another was.
 const RIGHT: &str = "0,114,178";
 const WRONG: &str = "213,94,0";
+/// Head of the first column of the text.
+const HIDDEN: &str = "hidden";
 
 /// The matrix as SVG: hidden effects down, named ones across, cells shaded by their share of the row.
 ///
@@ -72,33 +75,25 @@ pub fn svg(confusion: &Confusion, title: &str) -> String {
     out
 }
 
-/// The matrix as text: hidden effects down; across, the numbers of the rows, then verdicts without causes.
-pub fn table(confusion: &Confusion) -> String {
-    let name = confusion.rows.iter().chain(&confusion.columns).map(|n| n.chars().count()).max().unwrap_or(0);
-    let number =
-        |column: &String| confusion.columns.iter().position(|c| c == column).map_or(0, |place| place + 1);
-    let mut out = format!("  {:<1$}", "hidden ↓, named →", name + 3);
-    for column in &confusion.columns {
-        let _ = write!(out, "{:>4}", number(column));
-    }
-    out.push('\n');
+/// The matrix as text, a line a hidden effect: how many cases, how many named right, and what was named instead.
+pub fn table(confusion: &Confusion, width: usize) -> String {
+    let name = confusion.rows.iter().map(|row| row.chars().count()).max().unwrap_or(0).max(HIDDEN.len());
+    let mut out = format!("  {HIDDEN:<name$}  cases  right  instead\n");
+    let indent = name + 18;
     for (row, counts) in confusion.rows.iter().zip(&confusion.counts) {
-        let _ = write!(out, "  {:>2} {row:<name$}", number(row));
-        for (column, count) in confusion.columns.iter().zip(counts) {
-            let cell = match (count, row == column) {
-                (0, true) => "·".to_owned(),
-                (0, false) => String::new(),
-                (count, _) => count.to_string(),
-            };
-            let _ = write!(out, "{cell:>4}");
+        let cells = || confusion.columns.iter().zip(counts).filter(|(_, count)| **count > 0);
+        let right: usize = cells().filter(|(column, _)| *column == row).map(|(_, count)| count).sum();
+        let total: usize = counts.iter().sum();
+        let mut wrong: Vec<_> = cells().filter(|(column, _)| *column != row).collect();
+        wrong.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
+        let wrong: Vec<String> = wrong.iter().map(|(column, count)| format!("{column} {count}")).collect();
+        let lines = wrap(&wrong.join(", "), width.saturating_sub(indent));
+        let begun =
+            format!("  {row:<name$}  {total:>5}  {right:>5}  {}", lines.first().map_or("", String::as_str));
+        let _ = writeln!(out, "{}", begun.trim_end());
+        for line in lines.iter().skip(1) {
+            let _ = writeln!(out, "{:indent$}{line}", "");
         }
-        while out.ends_with(' ') {
-            out.pop();
-        }
-        out.push('\n');
-    }
-    for column in confusion.columns.iter().filter(|column| !confusion.rows.contains(column)) {
-        let _ = writeln!(out, "  {:>2} {column}", number(column));
     }
     out
 }

@@ -46,7 +46,7 @@ pub(super) fn columns(text: &str) -> usize {
 }
 
 /// Words in lines of at most `width` columns; a word that is longer stands alone and is cut into pieces.
-pub(super) fn wrap(text: &str, width: usize) -> Vec<String> {
+pub fn wrap(text: &str, width: usize) -> Vec<String> {
     let width = width.max(8);
     let mut lines: Vec<String> = Vec::new();
     let mut line = String::new();

@@ -31,6 +31,7 @@ pub use compared::{Comparison, compared};
 pub use crosscheck::crosscheck;
 pub use gains::{gain_table, gains};
 pub use ladder::ladder;
+pub use layout::wrap;
 pub use printed::printed_equations;
 pub use sentence::sentence;
 pub use terminal::{Style, terminal};

@@ -30,9 +30,7 @@
 //! - **Judging is apart from developing** by the seed: see [`Seed`].
 //! - **Everything follows from the seed**: forging again, after a kill or elsewhere, gives the same bytes.
 
-pub mod bars;
 pub mod bristle;
-pub mod confusion;
 pub mod convergence;
 pub mod draw;
 pub mod engine;
@@ -43,8 +41,6 @@ pub mod forge;
 pub mod gauge;
 pub mod hide;
 pub mod information;
-pub mod interval;
-pub mod judge;
 pub mod laws;
 pub mod nominal;
 pub mod nuisance;
@@ -53,7 +49,7 @@ pub mod real;
 pub mod run;
 pub mod runs;
 pub mod scale;
-pub mod score;
+pub mod scoring;
 pub mod seal;
 pub mod seed;
 pub mod tier;
@@ -64,7 +60,7 @@ pub use engine::Engine;
 pub use folder::Trial;
 pub use forge::{Order, forge};
 pub use run::run;
-pub use score::{Scores, score};
+pub use scoring::{Scores, score};
 pub use seal::{CommittedVerdicts, Sealed};
 pub use seed::Seed;
 pub use tier::Tier;

@@ -32,7 +32,7 @@ impl Rate {
     /// Counts.
     ///
     /// ```
-    /// use slideway::trial::interval::Rate;
+    /// use slideway::trial::scoring::interval::Rate;
     /// let none_of_ten = Rate::new(0, 10);
     /// // z²/(n + z²)
     /// assert!((none_of_ten.ci95.unwrap()[1] - 3.8415 / 13.8415).abs() < 1e-4);
