@@ -8,6 +8,7 @@ use slideway::trial::engine::Engine;
 use slideway::trial::folder::Announcement;
 use slideway::trial::laws::Otherwise;
 use slideway::trial::nominal::NominalErrors;
+use slideway::trial::real::Known;
 use slideway::trial::scoring::bars::{Bar, Limit, NULL_CASES, Outcome, bars};
 use slideway::trial::scoring::confident_wrong;
 use slideway::trial::scoring::confusion::Confusion;
@@ -62,11 +63,13 @@ fn truth(tier: Tier, effects: &[HiddenEffect]) -> TrueCase {
             bristle_damping: 0.7,
             harmonics: [0.0; 2],
             phases: [0.0; 2],
+            foreign: None,
         },
         runs: Vec::new(),
         struck: Vec::new(),
         missing: Vec::new(),
         gap: effects.iter().map(|h| h.gap).fold(0.0, f64::max),
+        step_s: 0.0,
         integration_error: 0.0,
     }
 }
@@ -186,7 +189,8 @@ fn exact_what_comes_along_is_hidden_too() {
     assert_eq!((case.extra, case.confident_wrong().count()), (1, 1));
     // What the twin states already is not hidden.
     let mut stated = payload;
-    stated.stated.push(along(EffectId::CoulombFriction, 50.0));
+    let force_n = BTreeMap::from([("force_n".to_owned(), 10.0)]);
+    stated.stated.push(Known { effect: EffectId::CoulombFriction, parameters: force_n });
     assert_eq!(judged(&stated, "cause", &[(PAYLOAD, 0.9), (COULOMB, 0.5)]).extra, 1);
 }
 

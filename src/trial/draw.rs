@@ -61,12 +61,16 @@ struct Drawn<'a> {
     otherwise: &'a Otherwise,
     foreign: Option<Foreign>,
     real: &'a Real<'a>,
+    /// The same without what was hidden before already.
+    plain: &'a Real<'a>,
     scale: &'a Machinery,
 }
 
 /// What a draw makes.
 struct Measured {
     effects: Vec<HiddenEffect>,
+    /// What the effects of before make.
+    before: f64,
     otherwise: Otherwise,
     gap: f64,
     converged: Converged,
@@ -117,7 +121,9 @@ impl Site<'_> {
         let scale = machinery(machine, &real, &runs)?;
         // Values that the machine's description refuses make no machine.
         let Ok(acting) = hidden(&real, &scale, &asked, prior) else { return Ok(None) };
-        let drawn = Drawn { runs: &runs, otherwise: &otherwise, foreign, real: &real, scale: &scale };
+        let plain = Real::new(machine, nominal.clone(), stated.clone())?;
+        let drawn =
+            Drawn { runs: &runs, otherwise: &otherwise, foreign, real: &real, plain: &plain, scale: &scale };
         let Some(measured) = self.measured(&drawn, acting, prior)? else { return Ok(None) };
         let known = |list: &[Acting]| list.iter().map(|acting| Known::new(acting, machine)).collect();
         Ok(Some(TrueCase {
@@ -127,7 +133,7 @@ impl Site<'_> {
             effects: measured.effects,
             twin: twin(machine, &stated, &asked, care, prior),
             stated: known(&stated),
-            before: known(&before),
+            before: before.iter().map(|acting| told(acting, machine, measured.before, Vec::new())).collect(),
             nominal,
             otherwise: measured.otherwise,
             missing: planned.missing.iter().map(|s| s.key(machine.motion()).to_owned()).collect(),
@@ -145,7 +151,7 @@ impl Site<'_> {
         mut acting: Vec<Acting>,
         prior: &mut Prior,
     ) -> Result<Option<Measured>> {
-        let Drawn { runs, otherwise, real, scale, .. } = *drawn;
+        let Drawn { runs, otherwise, real, plain, scale, .. } = *drawn;
         let quiet = real.with(&[])?;
         let gauge = |hidden: &[Acting], otherwise: &Otherwise| {
             let whole = real.with(hidden).ok()?;
@@ -160,6 +166,8 @@ impl Site<'_> {
             return Ok(None);
         };
         let otherwise = Otherwise { foreign: drawn.foreign.clone(), ..otherwise.clone() };
+        let Some(unexplained) = own.change(&plain.with(&acting)?) else { return Ok(None) };
+        let before = own.size(&calibration.beyond(&unexplained));
         let mut gap = own.size(&calibration.beyond(&together));
         if drawn.foreign.is_some() {
             let Some((disturbed, whole)) = gauge(&acting, &otherwise) else { return Ok(None) };
@@ -167,7 +175,7 @@ impl Site<'_> {
             gap = disturbed.size(&change);
         }
         let converged = converged(self.engine, &whole, &otherwise, &runs[own.longest()], self.logged, &own);
-        Ok(converged.ok().map(|converged| Measured { effects, otherwise, gap, converged }))
+        Ok(converged.ok().map(|converged| Measured { effects, before, otherwise, gap, converged }))
     }
 
     /// What a machine had hidden before it changed: nothing, or an effect that has nothing to do with the change.
@@ -240,15 +248,21 @@ fn effects(
         let without = real.with(&others)?;
         let Some(change) = gauge.change(&without) else { return Ok(None) };
         let gap = gauge.size(&calibration.beyond(&change));
-        effects.push(HiddenEffect {
-            effect: own.effect,
-            parameters: by_key(own, &without),
-            planned: own.planned,
-            gap,
-            equals: if gap >= FLOOR { equals.of(own, &change) } else { Vec::new() },
-        });
+        let equals = if gap >= FLOOR { equals.of(own, &change) } else { Vec::new() };
+        effects.push(told(own, &without, gap, equals));
     }
     Ok(Some(effects))
+}
+
+/// An effect as the truth file has it.
+fn told(acting: &Acting, machine: &Machine, gap: f64, equals: Vec<EffectId>) -> HiddenEffect {
+    HiddenEffect {
+        effect: acting.effect,
+        parameters: by_key(acting, machine),
+        planned: acting.planned,
+        gap,
+        equals,
+    }
 }
 
 /// What is foreign to every law, in half of the cases outside the catalogue: of a kind that can show on the machine.
@@ -310,10 +324,8 @@ impl TrueCase {
     /// # Errors
     /// A truth that does not belong to the machine.
     pub fn machine(&self, machine: &Machine) -> Result<Machine> {
-        let hidden = |hidden: &HiddenEffect| {
-            Acting::planned(hidden.effect, in_order(hidden.effect, &hidden.parameters, machine))
-        };
-        self.real(machine)?.with(&self.effects.iter().map(hidden).collect::<Vec<_>>())
+        let acting: Vec<Acting> = self.effects.iter().map(|hidden| acting(hidden, machine)).collect();
+        self.real(machine)?.with(&acting)
     }
 
     /// The machine as it was before a change.
@@ -325,7 +337,17 @@ impl TrueCase {
     }
 
     fn real<'a>(&self, machine: &'a Machine) -> Result<Real<'a>> {
-        let known = self.stated.iter().chain(&self.before).map(|known| known.acting(machine));
-        Real::new(machine, self.nominal.clone(), known.collect())
+        let stated = self.stated.iter().map(|known| known.acting(machine));
+        let before = self.before.iter().map(|hidden| acting(hidden, machine));
+        Real::new(machine, self.nominal.clone(), stated.chain(before).collect())
+    }
+}
+
+/// A hidden effect as it acts on a machine.
+fn acting(hidden: &HiddenEffect, machine: &Machine) -> Acting {
+    Acting {
+        effect: hidden.effect,
+        values: in_order(hidden.effect, &hidden.parameters, machine),
+        planned: hidden.planned,
     }
 }

@@ -47,7 +47,7 @@ pub struct TrueCase {
     pub twin: BTreeMap<String, f64>,
     /// In the tier of changes, the effects that machine and twin differ by before and after alike; none elsewhere.
     #[serde(default)]
-    pub before: Vec<Known>,
+    pub before: Vec<HiddenEffect>,
     /// By how much the nominal parameters were off.
     pub nominal: NominalErrors,
     /// What the forged machine had that no law of the catalogue describes.
