@@ -2,7 +2,7 @@
 
 use super::law::infinite;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -59,11 +59,6 @@ impl Law for AmplifierOffset {
     const SHOWN_BY: &'static str = "Control effort that differs by a constant from what current or motor force take, in any motion and at standstill.";
     const EXAMPLE: &'static [f64] = &[0.1];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let volt = scale.voltage_v;
-        Sizes::one((1e-6, 0.3), move |s| drawn.sign * s * volt)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.sign() * prior.log_uniform(0.001, 0.02) * machine.voltage_v]

@@ -1,7 +1,7 @@
 //! Friction that differs between the two directions.
 
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -89,12 +89,6 @@ impl Law for AsymmetricFriction {
         EffectId::ConstantForce,
         "where only the Coulomb part differs between the directions",
     )];
-
-    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let (lean, sign) = (drawn.lean, drawn.sign);
-        // In proportion to Coulomb friction it is a constant force.
-        Sizes::new((1e-4, 0.8), move |s| vec![lean, sign * s]).from_reduced(vec![lean, 0.0])
-    }
 
     fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let mut lean = || prior.sign() * prior.log_uniform(0.03, 0.4);

@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, negative};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
@@ -69,20 +69,6 @@ impl Law for BackEmf {
     const EXAMPLE: &'static [f64] = &[20.0];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::ViscousFriction, "where neither current nor force is logged")];
-
-    fn sizes(scale: &Scale, absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
-        let whole = scale.voltage_v / scale.speed;
-        // Against drag, a winding's resistance takes a voltage in proportion to speed as well.
-        let like_it = match scale.constants.circuit {
-            Circuit::Winding { resistance_ohm, force_constant, .. } => {
-                resistance_ohm * scale.constants.viscous / force_constant
-            }
-            Circuit::Direct { .. } => 0.0,
-        };
-        let least = BEYOND * absorbed.resistance * like_it / whole;
-        Sizes::one((least.max(1e-5), 1.5), move |s| stated + s * whole)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let stated = Self::neutral(&machine.constants).first().copied().unwrap_or(0.0);

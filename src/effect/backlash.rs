@@ -2,7 +2,7 @@
 
 use super::law::{LOAD_UNSEEN, negative};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
@@ -87,11 +87,6 @@ impl Law for Backlash {
     const SHOWN_BY: &'static str = "Load position that stands still after a reversal while the motor moves on: reversals at several places.";
     const EXAMPLE: &'static [f64] = &[2e-5, 0.0];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let travel = scale.stroke.abs();
-        Sizes::new((1e-7, 5e-3), move |s| vec![s * travel, 0.0])
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let width = match machine.motion {

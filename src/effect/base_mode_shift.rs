@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
@@ -83,12 +83,6 @@ impl Law for BaseModeShift {
         EffectId::FlexibleMode,
         "in most recordings: a shifted mode and one mode more ring at the same frequency",
     )];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let modes = scale.constants.modes.len() as f64;
-        let mode = 1.0 + (drawn.share[0] * modes).floor();
-        Sizes::new((0.005, 0.75), move |s| vec![mode, 1.0 + drawn.sign * s, 1.0])
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let modes = u32::try_from(machine.constants.modes.len()).unwrap_or(1);

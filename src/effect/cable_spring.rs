@@ -2,7 +2,7 @@
 
 use super::law::{infinite, negative};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -66,12 +66,6 @@ impl Law for CableSpring {
         "Motor force that changes in proportion to position: slow strokes over the whole travel, both ways.";
     const EXAMPLE: &'static [f64] = &[400.0, 0.02];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let (force, stroke) = (scale.force, scale.stroke);
-        let centre = stroke * drawn.share[0];
-        Sizes::new((1e-6, 0.5), move |s| vec![s * force / stroke.abs(), centre])
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let force = prior.log_uniform(0.002, 0.10) * machine.rated_force;

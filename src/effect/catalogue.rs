@@ -80,11 +80,6 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::lacks(constants),)+ }
             }
 
-            /// See [`Law::sizes`].
-            pub fn sizes(self, scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-                match self { $(Self::$law => <$law as Law>::sizes(scale, absorbed, drawn),)+ }
-            }
-
             /// See [`Law::draw`].
             pub fn draw(self, machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
                 match self { $(Self::$law => <$law as Law>::draw(machine, prior),)+ }

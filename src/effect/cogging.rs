@@ -3,7 +3,7 @@
 use super::harmonics::wave;
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -96,11 +96,6 @@ impl Law for Cogging {
     const EXAMPLE: &'static [f64] = &[0.012, 8.0, 3.0, 2.0, 0.0];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::CableSpring, "where less than a pitch is travelled")];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let force = scale.force;
-        Sizes::new((1e-7, 0.2), move |s| drawn.wave(s * force))
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let pitch = prior.stated_pitch(machine).unwrap_or_else(|| prior.motor_pitch(machine));

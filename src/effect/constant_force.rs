@@ -2,7 +2,7 @@
 
 use super::law::infinite;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
@@ -78,11 +78,6 @@ impl Law for ConstantForce {
             "where the travel is short against the distance from the spring's point",
         ),
     ];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let force = scale.force;
-        Sizes::one((1e-6, 0.3), move |s| drawn.sign * s * force)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.sign() * prior.log_uniform(0.001, 0.10) * machine.rated_force]

@@ -2,7 +2,7 @@
 
 use super::law::{negative, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
@@ -80,10 +80,6 @@ macro_rules! gain {
             const SHOWN_BY: &'static str = $shown_by;
             const EXAMPLE: &'static [f64] = &[1.1];
             const CONFUSABLE: &'static [Likeness] = &[];
-
-            fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-                Sizes::one((1e-4, 0.5), move |s| 1.0 + drawn.sign * s)
-            }
 
             fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
                 vec![prior.uniform(0.5, 1.5)]

@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -70,11 +70,6 @@ impl Law for CoulombFriction {
         "Force that changes sign with the direction of motion: reversals, strokes both ways.";
     const EXAMPLE: &'static [f64] = &[15.0];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let force = scale.force;
-        Sizes::one((1e-6, 0.2), move |s| s * force)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.log_uniform(0.002, 0.20) * machine.rated_force]

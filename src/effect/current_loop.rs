@@ -2,10 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::prior::{Machinery, Prior};
-use super::{
-    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
-    Unlike,
-};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -107,11 +104,6 @@ impl Law for CurrentLoop {
     const EXAMPLE: &'static [f64] = &[200.0];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::LoopDelay, "where nothing moves as fast as the loop")];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let rate = 1.0 / scale.constants.sample_period_s;
-        Sizes::one((0.3, 1e3), move |s| rate / (std::f64::consts::TAU * s))
-    }
 
     fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.log_uniform(50.0, 2000.0)]

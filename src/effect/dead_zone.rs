@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -63,11 +63,6 @@ impl Law for DeadZone {
     const EXAMPLE: &'static [f64] = &[0.05];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::CoulombFriction, "where neither current nor force is logged")];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let volt = scale.voltage_v;
-        Sizes::one((1e-6, 0.1), move |s| s * volt)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.log_uniform(0.002, 0.05) * machine.voltage_v]

@@ -3,7 +3,7 @@
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
 use super::reading_error::error;
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
@@ -85,11 +85,6 @@ impl Law for EncoderPeriodicError {
     const SHOWN_BY: &'static str = "Ripple of velocity and force that repeats along the axis and grows with speed: constant speed at several feeds.";
     const EXAMPLE: &'static [f64] = &[0.004, 2e-6, 1e-6];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let travel = scale.stroke.abs();
-        Sizes::new((1e-8, 1e-3), move |s| drawn.wave(s * travel)[..3].to_vec())
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let is_fine = prior.chance(0.5);

@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
@@ -84,12 +84,6 @@ impl Law for EncoderResolution {
         "Recorded positions on a coarser grid than stated, and a control effort that jumps with each step.";
     const EXAMPLE: &'static [f64] = &[5e-6];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let (step, travel) = (scale.constants.encoder_step, scale.stroke.abs());
-        let step = if step > 0.0 { step } else { 1e-6 * travel };
-        Sizes::one((3.0, 1e3), move |s| s * step)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let stated = machine.constants.encoder_step;

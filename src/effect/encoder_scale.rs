@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::unlike::Unlike;
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
@@ -65,10 +65,6 @@ impl Law for EncoderScale {
         "where neither a force nor a second position is logged, with drag calibrated by the same factor",
         |_, logged| !logged.contains(&Signal::Thrust) && !logged.contains(&Signal::LoadPosition),
     )];
-
-    fn sizes(_scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        Sizes::one((least_beyond(absorbed.force_constant), 0.2), move |s| 1.0 + drawn.sign * s)
-    }
 
     fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let is_thermal = prior.chance(0.5);

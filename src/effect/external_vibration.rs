@@ -2,10 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::between;
-use super::{
-    Absorbed, Constants, Door, Drawn, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch, Unlike,
-};
+use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -83,12 +80,6 @@ impl Law for ExternalVibration {
     const SHOWN_BY: &'static str = "A line in the spectrum, at standstill as well as in motion, whatever the axis does: record a second of standstill.";
     const EXAMPLE: &'static [f64] = &[25.0, 3.0];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let (force, nyquist) = (scale.force, 0.5 / scale.constants.sample_period_s);
-        let frequency = between(8.0, (0.1 * nyquist).clamp(10.0, 60.0), drawn.share[0]);
-        Sizes::new((1e-7, 0.2), move |s| vec![frequency, s * force])
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let most = (0.4 / machine.constants.sample_period_s).min(60.0);

@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
+use super::unlike::Unlike;
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
@@ -80,16 +80,6 @@ impl Law for FlexibleMode {
     const SHOWN_BY: &'static str = "Ringing after changes of the acceleration, at a frequency that no stated mode has: quick strokes with dwells.";
     const EXAMPLE: &'static [f64] = &[45.0, 600.0, 0.03];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let (mass, modes) = (scale.constants.moving_mass, scale.constants.modes.as_slice());
-        let lowest = modes.iter().map(|m| m.frequency_hz()).fold(f64::INFINITY, f64::min);
-        let nyquist = 0.5 / scale.constants.sample_period_s;
-        let most = (0.85 * lowest).min(0.15 * nyquist);
-        let frequency = between(0.25 * most, most, drawn.share[0]);
-        let damping = between(0.015, 0.06, drawn.share[1]);
-        Sizes::new((1e-4, 0.5), move |s| vec![frequency, mass / s, damping])
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let most = (0.2 / machine.constants.sample_period_s).min(400.0);

@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use crate::recording::Signal;
@@ -74,10 +74,6 @@ impl Law for ForceConstant {
             |_, logged| !logged.contains(&Signal::Thrust),
         ),
     ];
-
-    fn sizes(_scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        Sizes::one((least_beyond(absorbed.force_constant), 0.25), move |s| 1.0 + drawn.sign * s)
-    }
 
     fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.uniform(0.80, 1.05)]

@@ -3,7 +3,7 @@
 use super::harmonics::wave;
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -94,10 +94,6 @@ impl Law for ForceRipple {
     const EXAMPLE: &'static [f64] = &[0.012, 0.03, 0.01, 0.0, 0.0];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::Cogging, "where the motor's force hardly changes")];
-
-    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        Sizes::new((1e-6, 0.2), move |s| drawn.wave(s))
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let pitch = prior.stated_pitch(machine).unwrap_or_else(|| prior.motor_pitch(machine));

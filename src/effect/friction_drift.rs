@@ -2,10 +2,7 @@
 
 use super::law::infinite;
 use super::prior::{Machinery, Prior};
-use super::{
-    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
-    Unlike,
-};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use serde::{Deserialize, Serialize};
 
 /// Friction drift: dry friction fades while lubricant warms and spreads, or grows while a guide runs dry.
@@ -66,11 +63,6 @@ impl Law for FrictionDrift {
     const SHOWN_BY: &'static str = "Friction that differs between the first and the last runs of a session: the same strokes at its beginning and end.";
     const EXAMPLE: &'static [f64] = &[0.002];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        // Half more or less over a session of a minute, at most.
-        Sizes::one((1e-6, 1e-2), move |s| drawn.sign * s)
-    }
 
     fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.sign() * prior.uniform(0.05, 0.30) / prior.log_uniform(120.0, 1800.0)]

@@ -1,8 +1,8 @@
 //! Cogging and force ripple of further pitches.
 
 use super::{
-    Absorbed, Cogging, Constants, Door, Drawn, EffectId, ForceRipple, Law, Likeness, Machinery, Nominal,
-    Parameter, Prior, Scale, Site, Sizes, Stretch, Unlike,
+    Cogging, Constants, Door, EffectId, ForceRipple, Law, Likeness, Machinery, Nominal, Parameter, Prior,
+    Site, Stretch, Unlike,
 };
 use serde::{Deserialize, Serialize};
 
@@ -70,10 +70,6 @@ macro_rules! further {
             const SHOWN_BY: &'static str = <$law as Law>::SHOWN_BY;
             const EXAMPLE: &'static [f64] = <$law as Law>::EXAMPLE;
             const CONFUSABLE: &'static [Likeness] = &[];
-
-            fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-                $law::sizes(scale, absorbed, drawn)
-            }
 
             fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
                 let pitch = prior.motor_pitch(machine);

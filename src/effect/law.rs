@@ -1,7 +1,7 @@
 //! What every law of the catalogue says of itself.
 
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Likeness, Stretch};
 use crate::units::Motion;
 use serde::Serialize;
@@ -285,10 +285,6 @@ pub trait Law: Sized {
 
     /// The effects that it is confusable with, as far as their laws do not say so.
     const CONFUSABLE: &'static [Likeness];
-
-    /// Sizes from which blind trials draw: what such machines may have, from hardly there to large, whatever a diagnosis can
-    /// find of it.
-    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes;
 
     /// Draws its parameters, in the law's order, as machines have them, whatever a diagnosis finds of it: from the distribution under
     /// `Prior` in its documentation. They are allowed values on every machine that [can have](Self::lacks) the effect.

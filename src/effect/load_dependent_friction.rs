@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, negative};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -71,16 +71,6 @@ impl Law for LoadDependentFriction {
         "where the sliders' loads do not change",
         |constants, _| constants.has_slider_loads,
     )];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        if scale.constants.has_slider_loads {
-            let force = scale.force;
-            let weight = 9.81 * (scale.constants.moving_mass - scale.constants.rotor_inertia);
-            Sizes::one((1e-6, 0.2), move |s| s * force / weight)
-        } else {
-            Sizes::one((1e-4, 0.4), move |s| s)
-        }
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let sliders = machine.constants.has_slider_loads;

@@ -2,11 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::between;
-use super::{
-    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
-    Unlike,
-};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use crate::guide::Local;
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
@@ -95,13 +91,6 @@ impl Law for LocalFriction {
     const EXAMPLE: &'static [f64] = &[8.0, 0.05, 0.02];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::Cogging, "where the axis moves one way only")];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let (force, stroke) = (scale.force, scale.stroke);
-        let (centre, width) =
-            (stroke * (0.15 + 0.7 * drawn.share[0]), stroke.abs() * between(0.1, 0.5, drawn.share[1]));
-        Sizes::new((1e-6, 0.2), move |s| vec![s * force, centre, width])
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let easier = machine.coulomb > 0.0 && prior.chance(0.25);

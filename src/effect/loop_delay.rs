@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -61,11 +61,6 @@ impl Law for LoopDelay {
         Likeness::similar(EffectId::WindingInductance, "where no current is logged"),
         Likeness::similar(EffectId::VelocityFilter, "where no control effort is logged"),
     ];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let period = scale.constants.sample_period_s;
-        Sizes::one((5e-3, 4.0), move |s| s * period)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.uniform(0.0, 4.0) * machine.constants.sample_period_s]

@@ -2,7 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, BEYOND, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -139,11 +139,6 @@ impl Law for Payload {
             "with its lever, where the axis turns less than half a radian",
         ),
     ];
-
-    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let mass = scale.constants.moving_mass;
-        Sizes::one((BEYOND * absorbed.mass, 0.5), move |s| drawn.sign * s * mass)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let constants = &machine.constants;

@@ -2,7 +2,7 @@
 
 use super::law::{negative, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::Bristle;
 use serde::{Deserialize, Serialize};
@@ -73,15 +73,6 @@ impl Law for Presliding {
     const SHOWN_BY: &'static str = "Force over the first micrometres after a reversal or a start: small moves, and settling after a stop.";
     const EXAMPLE: &'static [f64] = &[5e5, 600.0];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let (travel, mass) = (scale.stroke.abs(), scale.constants.moving_mass);
-        let ratio = between(0.05, 0.5, drawn.share[0]);
-        Sizes::new((1e-7, 5e-3), move |s| {
-            let stiffness = drawn.coulomb / (s * travel);
-            vec![stiffness, 2.0 * ratio * (stiffness * mass).sqrt()]
-        })
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let surface = prior.log_uniform(1e-6, 50e-6);

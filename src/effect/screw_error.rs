@@ -3,7 +3,7 @@
 use super::law::{LOAD_UNSEEN, infinite, not_positive};
 use super::prior::{Machinery, Prior};
 use super::reading_error::error;
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
 use crate::units::Motion;
@@ -101,11 +101,6 @@ impl Law for ScrewError {
         "where one sensor sees the load and no other the motor",
         |constants, logged| !logged.contains(&Signal::LoadPosition) && !constants.sees_both_ends,
     )];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let (travel, both_flanks) = (scale.stroke.abs(), 0.0);
-        Sizes::new((1e-8, 1e-3), move |s| [&drawn.wave(s * travel)[..3], &[both_flanks]].concat())
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let stated = prior.stated_pitch(machine);

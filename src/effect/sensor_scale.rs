@@ -2,10 +2,7 @@
 
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
-use super::{
-    Absorbed, Constants, Drawn, EffectId, Law, Likeness, Nominal, Parameter, Scale, Site, Sizes, Stretch,
-    Unlike,
-};
+use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use crate::recording::Signal;
 use crate::sensor::LogScale;
 use serde::{Deserialize, Serialize};
@@ -85,10 +82,6 @@ impl Law for SensorScale {
             constants.controller.is_none() && logged.contains(&Signal::Current) && unseen
         },
     )];
-
-    fn sizes(_scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        Sizes::new((1e-4, 0.6), move |s| vec![1.0 + drawn.sign * s, 1.0])
-    }
 
     fn draw(_machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         if prior.chance(2.0 / 3.0) {

@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, between};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
@@ -82,11 +82,6 @@ impl Law for StribeckFriction {
     const EXAMPLE: &'static [f64] = &[1.6, 0.01];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::Presliding, "where the axis passes standstill quickly")];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let slow = scale.speed * between(0.02, 0.1, drawn.share[0]);
-        Sizes::new((1e-3, 2.0), move |s| vec![1.0 + s, slow])
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let peak = prior.uniform(1.1, 2.0);

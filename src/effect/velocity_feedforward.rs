@@ -3,7 +3,7 @@
 use super::controller_gain::gain_is_absent;
 use super::law::infinite;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
@@ -64,13 +64,6 @@ impl Law for VelocityFeedforward {
         EffectId::PositionGain,
         "where no control effort is logged and the runs hardly accelerate",
     )];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
-        // Towards the middle of none and all, so that it stays between them.
-        let sign = if stated < 0.5 { 1.0 } else { -1.0 };
-        Sizes::one((1e-4, 0.5), move |s| stated + sign * s)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let stated = Self::neutral(&machine.constants).first().copied().unwrap_or(0.0);

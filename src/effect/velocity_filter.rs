@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -56,12 +56,6 @@ impl Law for VelocityFilter {
     const SHOWN_BY: &'static str = "Control effort behind the velocity, or a logged velocity behind the position: starts, stops, reversals.";
     const EXAMPLE: &'static [f64] = &[2e-3];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let own = scale.constants.velocity.time_constant_s();
-        let period = scale.constants.sample_period_s;
-        Sizes::one((1e-3, 30.0), move |s| own + s * period)
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         vec![prior.log_uniform(0.1, 4.0) * machine.constants.sample_period_s]

@@ -2,7 +2,7 @@
 
 use super::law::negative;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -69,15 +69,6 @@ impl Law for ViscousFriction {
     const EXAMPLE: &'static [f64] = &[500.0];
     const CONFUSABLE: &'static [Likeness] =
         &[Likeness::similar(EffectId::CoulombFriction, "where all runs move at one speed")];
-
-    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let (stated, viscous, sign) = (scale.constants.viscous, drawn.viscous, drawn.sign);
-        if stated > 0.0 {
-            Sizes::one((least_beyond(absorbed.viscous), 0.9), move |s| stated * (1.0 + sign * s))
-        } else {
-            Sizes::one((1e-5, 3.0), move |s| s * viscous)
-        }
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let stated = machine.constants.viscous;

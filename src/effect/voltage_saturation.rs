@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike};
+use super::unlike::Unlike;
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -59,11 +59,6 @@ impl Law for VoltageSaturation {
         "Control effort beyond U that current or motor force do not follow, in runs fast enough to reach U.";
     const EXAMPLE: &'static [f64] = &[2.0];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, _absorbed: &Absorbed, _drawn: Drawn) -> Sizes {
-        let volt = scale.voltage_v;
-        Sizes::one((1e-3, 0.75), move |s| volt * (1.0 - s))
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let limit = match machine.constants.effort_limit_v() {

@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::unlike::Unlike;
 use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
@@ -64,11 +64,6 @@ impl Law for WindingInductance {
         "Current behind quick changes of the control effort. Slow smooth strokes do not show it.";
     const EXAMPLE: &'static [f64] = &[0.011];
     const CONFUSABLE: &'static [Likeness] = &[];
-
-    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
-        Sizes::one((least_beyond(absorbed.inductance), 0.6), move |s| stated * (1.0 + drawn.sign * s))
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let stated = Self::neutral(&machine.constants).first().copied().unwrap_or(0.0);

@@ -2,7 +2,7 @@
 
 use super::law::{NOTHING_TO_CHANGE, not_positive};
 use super::prior::{Machinery, Prior};
-use super::sizing::{Absorbed, Drawn, Scale, Sizes, Unlike, least_beyond};
+use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
@@ -69,11 +69,6 @@ impl Law for WindingResistance {
         Likeness::similar(EffectId::BackEmf, "where no current is logged and drag takes most of the force"),
         Likeness::similar(EffectId::ForceConstant, "where no current is logged"),
     ];
-
-    fn sizes(scale: &Scale, absorbed: &Absorbed, drawn: Drawn) -> Sizes {
-        let stated = Self::neutral(&scale.constants).first().copied().unwrap_or(0.0);
-        Sizes::one((least_beyond(absorbed.resistance), 0.4), move |s| stated * (1.0 + drawn.sign * s))
-    }
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let stated = Self::neutral(&machine.constants).first().copied().unwrap_or(0.0);

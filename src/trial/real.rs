@@ -90,17 +90,24 @@ impl<'a> Real<'a> {
     /// Values that the description refuses, or effects that cannot stand beside each other.
     pub fn with(&self, hidden: &[Acting]) -> Result<Machine> {
         let is_hidden = |known: &&Acting| hidden.iter().all(|acting| acting.effect != known.effect);
-        let all: Vec<Acting> = self.known.iter().filter(is_hidden).chain(hidden).cloned().collect();
+        let mut all: Vec<Acting> = self.known.iter().filter(is_hidden).chain(hidden).cloned().collect();
         let real = self.nominal.apply(self.machine)?;
         let guide = real.description();
-        let is_there = |effect: EffectId| {
-            all.iter().any(|acting| acting.effect == effect)
-                || guide.effect.contains(effect)
-                || guide.guide_has(effect)
-        };
-        let own: Vec<Acting> =
-            all.iter().filter(|acting| acting.effect.has_modified(is_there)).cloned().collect();
-        with_effects(&real, &own)
+        // What a feature modifies may itself be one that goes.
+        loop {
+            let is_there = |effect: EffectId| {
+                all.iter().any(|acting| acting.effect == effect)
+                    || guide.effect.contains(effect)
+                    || guide.guide_has(effect)
+            };
+            let own: Vec<Acting> =
+                all.iter().filter(|acting| acting.effect.has_modified(is_there)).cloned().collect();
+            if own.len() == all.len() {
+                break;
+            }
+            all = own;
+        }
+        with_effects(&real, &all)
     }
 
     /// The machine as its file states it.
