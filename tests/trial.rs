@@ -324,7 +324,7 @@ fn exact_payload_is_struck_with_the_force_constant() {
 }
 
 const OTHERWISE: Otherwise = Otherwise {
-    bristle_deflection: 4e-8,
+    bristle_deflection: Some(4e-8),
     bristle_damping: 0.7,
     harmonics: [0.0; 2],
     phases: [0.0; 2],

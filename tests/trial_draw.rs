@@ -1,13 +1,18 @@
 //! What blind trials draw: physical sizes, friction on a bristle, what nobody could tell apart, runs that have converged.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
-use slideway::effect::EffectId;
+use slideway::effect::{EffectId, Prior};
 use slideway::machine::Machine;
 use slideway::recording::Signal;
 use slideway::trial::draw::{Outcome, Site};
 use slideway::trial::engine::STEP_S;
 use slideway::trial::forge::logged;
+use slideway::trial::hide::stated_friction;
+use slideway::trial::nominal::NominalErrors;
 use slideway::trial::plan::Planned;
+use slideway::trial::real::Real;
+use slideway::trial::runs;
+use slideway::trial::scale::machinery;
 use slideway::trial::truth::{HiddenEffect, TrueCase};
 use slideway::trial::{Engine, Seed, Tier};
 use std::path::Path;
@@ -43,8 +48,8 @@ fn asked_for(case: &TrueCase) -> Vec<&HiddenEffect> {
     case.effects.iter().filter(|hidden| hidden.planned).collect()
 }
 
-/// Every effect of the catalogue can be forged on a machine that can have it. What each makes is what comes: some hardly show, some
-/// are plain to see.
+/// Every effect of the catalogue can be forged on a machine that can have it, and its runs have converged in their step. What each
+/// makes is what comes: some hardly show, some are plain to see.
 #[test]
 fn exact_every_effect_is_drawn_as_it_comes() {
     let machine = model("grinder");
@@ -62,31 +67,54 @@ fn exact_every_effect_is_drawn_as_it_comes() {
             own[0].equals,
             case.integration_error
         );
+        assert!(case.integration_error <= 1.0 && case.step_s <= STEP_S, "{}", effect.name());
         gaps.push(own[0].gap);
     }
     assert!(gaps.iter().any(|gap| *gap < 1.0) && gaps.iter().any(|gap| *gap > 30.0), "{gaps:?}");
 }
 
-/// Half of the twins state friction, a third of the machines carry nuisances below three standard deviations, and all dry friction has
-/// a bristle.
+/// Half of the twins state friction, and its bristle with it unless that is what is hidden.
 #[test]
-fn exact_friction_is_physical() {
+fn exact_half_of_the_twins_state_friction() {
     let machine = model("grinder");
-    const CASES: usize = 60;
-    let (mut stated, mut carrying) = (0, 0);
+    let real = Real::new(&machine, NominalErrors::default(), Vec::new()).unwrap();
+    let mut random = Seed::new(11).unwrap().random("stated");
+    let runs = runs::draw(&machine, &mut random).unwrap().runs;
+    let scale = machinery(&machine, &real, &runs).unwrap();
+    let mut prior = Prior::new(&mut random);
+    const DRAWS: usize = 400;
+    for (hidden, known) in [
+        (EffectId::LoopDelay, vec![EffectId::CoulombFriction, EffectId::Presliding]),
+        (EffectId::Presliding, vec![EffectId::CoulombFriction]),
+    ] {
+        let stated: Vec<_> =
+            (0..DRAWS).map(|_| stated_friction(&machine, &scale, &[hidden], &mut prior)).collect();
+        let some = stated.iter().filter(|acting| !acting.is_empty());
+        for acting in some.clone() {
+            assert_eq!(acting.iter().map(|acting| acting.effect).collect::<Vec<_>>(), known);
+        }
+        // Binomial, three standard deviations.
+        assert!((170..=230).contains(&some.count()));
+    }
+}
+
+/// A machine with nothing hidden has nuisances at most, in a third of the cases, below three standard deviations; its twin states
+/// friction within its tolerance.
+#[test]
+fn exact_nuisances_are_small() {
+    let machine = model("grinder");
+    const CASES: usize = 12;
+    let mut carrying = 0;
     for k in 0..CASES {
         let case = case(&machine, &planned(Tier::Null, &[], &format!("null {k}")));
-        stated += usize::from(!case.stated.is_empty());
         carrying += usize::from(!case.effects.is_empty());
-        let nuisances = [EffectId::Cogging, EffectId::AmplifierOffset];
         for hidden in &case.effects {
-            assert!(!hidden.planned && nuisances.contains(&hidden.effect), "{hidden:?}");
-            // Nominal errors and the other nuisance move it a little.
-            assert!(hidden.gap < 3.3, "{hidden:?}");
+            let is_nuisance = [EffectId::Cogging, EffectId::AmplifierOffset].contains(&hidden.effect);
+            // The other nuisance moves it a little.
+            assert!(!hidden.planned && is_nuisance && hidden.gap < 3.3, "{hidden:?}");
         }
         let friction = case.machine(&machine).unwrap().constants().friction;
         assert_eq!(friction.level(1.0, 0.0) > 0.0, friction.bristle.is_some());
-        // The twin states friction within its tolerance.
         for known in &case.stated {
             for (key, value) in &known.parameters {
                 let said = case.twin[&format!("effect.{}.{key}", known.effect.name())];
@@ -94,22 +122,21 @@ fn exact_friction_is_physical() {
             }
         }
     }
-    // Binomial, three standard deviations.
-    assert!((18..=42).contains(&stated) && (9..=31).contains(&carrying), "{stated} {carrying} of {CASES}");
+    assert!((1..CASES).contains(&carrying), "{carrying} of {CASES}");
 }
 
 /// Friction that is hidden brings its bristle; a feature of it brings the friction.
 #[test]
 fn exact_what_stands_on_something_brings_it() {
     let machine = model("grinder");
-    for k in 0..8 {
+    for k in 0..2 {
         let one =
             |effect: EffectId| case(&machine, &planned(Tier::Single, &[effect], &format!("{effect:?} {k}")));
         let has = |case: &TrueCase, effect: EffectId| {
             case.effects.iter().any(|hidden| hidden.effect == effect)
                 || case.stated.iter().any(|known| known.effect == effect)
         };
-        for effect in [EffectId::CoulombFriction, EffectId::StribeckFriction, EffectId::LocalFriction] {
+        for effect in [EffectId::CoulombFriction, EffectId::StribeckFriction] {
             let case = one(effect);
             assert!(has(&case, EffectId::Presliding), "{:?}", case.effects);
         }
@@ -145,24 +172,12 @@ fn exact_equals_come_from_the_information_of_the_truth() {
     assert!(offset.gap > 1.0 && offset.equals.contains(&EffectId::ConstantForce), "{offset:?}");
 }
 
-/// The forged run is as good as its noise can tell.
-#[test]
-fn exact_forged_runs_have_converged() {
-    let machine = model("grinder");
-    for effect in [EffectId::CoulombFriction, EffectId::DeadZone, EffectId::FlexibleMode] {
-        let case = case(&machine, &planned(Tier::Single, &[effect], "converged"));
-        println!("{}: {} at {} s", effect.name(), case.integration_error, case.step_s);
-        assert!(case.integration_error > 0.0 && case.integration_error <= 1.0, "{}", case.integration_error);
-        assert!(case.step_s <= STEP_S);
-    }
-}
-
 /// A changed machine differs from the one before by what was asked for, and nothing else.
 #[test]
 fn exact_a_change_is_what_was_asked_for() {
     let machine = model("grinder");
     let mut unexplained = 0;
-    for k in 0..8 {
+    for k in 0..4 {
         let case = case(&machine, &planned(Tier::Change, &[EffectId::LoopDelay], &format!("change {k}")));
         let (before, now) = (case.machine_before(&machine).unwrap(), case.machine(&machine).unwrap());
         let delay = |machine: &Machine| machine.number("effect.loop_delay.delay_s");
@@ -170,7 +185,7 @@ fn exact_a_change_is_what_was_asked_for() {
         unexplained += usize::from(!case.before.is_empty());
         assert!(!case.struck.contains(&EffectId::LoopDelay));
     }
-    assert!((1..8).contains(&unexplained), "{unexplained}");
+    assert!((1..4).contains(&unexplained), "{unexplained}");
 }
 
 /// Where two effects cannot be forged together, the case hides another pair, so that a tier keeps its number.

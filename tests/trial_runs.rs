@@ -22,7 +22,7 @@ const SESSIONS: u64 = 200;
 const MACHINES: [&str; 6] = ["grinder", "servo", "grinder_yaxis", "xl330", "emps", "delta_a3"];
 /// Nothing that the machine's file does not state.
 const OTHERWISE: Otherwise = Otherwise {
-    bristle_deflection: 4e-8,
+    bristle_deflection: Some(4e-8),
     bristle_damping: 0.7,
     harmonics: [0.0; 2],
     phases: [0.0; 2],

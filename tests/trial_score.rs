@@ -59,7 +59,7 @@ fn truth(tier: Tier, effects: &[HiddenEffect]) -> TrueCase {
         before: Vec::new(),
         nominal: NominalErrors::default(),
         otherwise: Otherwise {
-            bristle_deflection: 4e-8,
+            bristle_deflection: Some(4e-8),
             bristle_damping: 0.7,
             harmonics: [0.0; 2],
             phases: [0.0; 2],

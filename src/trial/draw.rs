@@ -286,7 +286,7 @@ fn foreign(
 /// What a forged machine does otherwise, its bristles aside, which are an effect of their own.
 fn otherwise(random: &mut StdRng) -> Otherwise {
     Otherwise {
-        bristle_deflection: f64::INFINITY,
+        bristle_deflection: None,
         bristle_damping: random.random_range(0.5..1.0),
         harmonics: [random.random_range(0.02..0.06), random.random_range(0.01..0.03)],
         phases: [random.random_range(0.0..TAU), random.random_range(0.0..TAU)],

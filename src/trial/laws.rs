@@ -2,7 +2,7 @@
 
 use super::bristle::ForgedBristle;
 use super::foreign::{Foreign, WarmingScale};
-use crate::effect::Unlike;
+use crate::effect::{Effect, Unlike};
 use crate::error::Result;
 use crate::guide::{Bristle, Coast, DryFriction, StepForce};
 use crate::machine::Machine;
@@ -14,8 +14,9 @@ use std::f64::consts::TAU;
 /// What a forged machine has that no law of the catalogue describes.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Otherwise {
-    /// Deflection δ after which dry friction slides, in m or rad: below the encoder's step. Presliding has its own.
-    pub bristle_deflection: f64,
+    /// Deflection δ after which dry friction slides where it has no presliding of its own, in m or rad; none: it is then by the twin's law.
+    #[serde(default)]
+    pub bristle_deflection: Option<f64>,
     /// Damping ratio of the bristles.
     pub bristle_damping: f64,
     /// Third and fourth harmonic of cogging and force ripple as shares of the first; the catalogue has two harmonics.
@@ -89,9 +90,6 @@ impl ForgedLaws {
         let (effects, constants) = (machine.effects(), machine.constants());
         let dry = constants.friction;
         let mut walked = machine.clone();
-        for friction in effects.iter().filter(|effect| effect.unlike() == Unlike::Bristles) {
-            walked = walked.without_effect(friction.id())?;
-        }
         let coefficient = dry.load_coefficient;
         let loaded = Load::of(machine).filter(|_| coefficient > 0.0).map(|load| (coefficient, load));
         let rest = loaded.as_ref().map_or(0.0, |(coefficient, load)| coefficient * load.usual());
@@ -102,8 +100,17 @@ impl ForgedLaws {
         let (stiffness, damping) = match dry.bristle {
             Some(Bristle { stiffness, damping }) if damping > 0.0 => (stiffness, damping),
             Some(Bristle { stiffness, .. }) => (stiffness, drawn(stiffness)),
-            None => (standing / otherwise.bristle_deflection, drawn(standing / otherwise.bristle_deflection)),
+            None => match otherwise.bristle_deflection {
+                Some(deflection) => (standing / deflection, drawn(standing / deflection)),
+                None => (0.0, 0.0),
+            },
         };
+        let bristle = (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle { stiffness, damping });
+        // Without a bristle there is nothing to do otherwise.
+        let is_forged = |effect: &&Effect| bristle.is_some() && effect.unlike() == Unlike::Bristles;
+        for friction in effects.iter().filter(is_forged) {
+            walked = walked.without_effect(friction.id())?;
+        }
         let (mut cogging, mut ripple) = (None, None);
         for effect in &effects {
             match effect.unlike() {
@@ -117,8 +124,8 @@ impl ForgedLaws {
             }
         }
         let laws = Self {
-            bristle: (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle { stiffness, damping }),
-            drag: dry.drag(constants.viscous),
+            drag: if bristle.is_some() { dry.drag(constants.viscous) } else { 0.0 },
+            bristle,
             dry,
             loaded,
             cogging,

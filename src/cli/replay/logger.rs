@@ -45,7 +45,7 @@ impl Replay {
             PlantChoice::Mujoco => Engine::Mujoco,
         };
         let otherwise = Otherwise {
-            bristle_deflection,
+            bristle_deflection: Some(bristle_deflection),
             bristle_damping: BRISTLE_DAMPING,
             harmonics: [0.0; 2],
             phases: [0.0; 2],

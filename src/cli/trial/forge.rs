@@ -15,12 +15,15 @@ use slideway::trial::{self, Engine, Order, Seed, Tier};
 use super::all_cores;
 use crate::cli::{Failure, Screen};
 
-/// Draws what is hidden in each case, seals it, prints its SHA-256, and only then simulates the recordings. Sizes are
-/// drawn by the gap that an effect makes, from 3 to 300 times the noise. Runs are as users record them: acceptance strokes,
-/// one run, three runs, jogs, sines, multisines, production. The forging plant is not the diagnosing one:
-/// another engine at an eighth of its step, bristles instead of Coulomb's law, harmonics that the catalogue lacks, other
-/// modal masses, nominal parameters a little off. Tiers: null (nothing hidden), single, pair, outside (the effect is struck
-/// from the catalogue), poor (nominal parameters off together), missing (no current, effort or velocity).
+/// Draws what is hidden in each case, seals it, prints its SHA-256, and only then simulates the recordings. Effects are
+/// drawn as machines have them, each from the prior that its law states; nothing is drawn again because it does not show.
+/// Half of the twins state the friction of the guide, all dry friction has a bristle, a third of the machines have a small
+/// cogging force and a small offset besides. Runs are as users record them: acceptance strokes, one run, three runs, jogs,
+/// sines, multisines, production. The forging plant is not the diagnosing one: another engine at an eighth of its step,
+/// made finer until the run has converged, harmonics that the catalogue lacks, other modal masses, nominal parameters a
+/// little off. Tiers: null (nothing hidden), single, pair, triple, outside (the effect is struck from the catalogue, or no
+/// law describes it: shocks, missed samples, a drifting clock, a warming scale), poor (nominal parameters off together),
+/// missing (no current, effort or velocity), change (one machine before and after).
 #[derive(Debug, Args)]
 #[command(
     after_help = "Seeds below 1000 are for development: their trials may be looked at while the diagnosis is being \
@@ -36,7 +39,7 @@ pub(super) struct Forge {
     /// Tiers to forge [default: all]
     #[arg(long = "tier", value_name = "TIER", num_args = 1.., value_parser = tier())]
     tiers: Vec<Tier>,
-    /// Cases of each tier [default: null 40, single 5 of each effect, pair 40, the others 1 of each effect]
+    /// Cases of each tier [default: null 300, single 5 of each effect, pair and triple 40, the others 1 of each effect]
     #[arg(long, value_name = "N")]
     cases: Option<NonZeroUsize>,
     /// Engine to simulate on; mujoco needs a build with that feature
