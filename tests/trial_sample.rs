@@ -24,7 +24,7 @@ fn ref_a_sample_of_machines_is_answered_without_a_confident_wrong_name() {
     let order = Order {
         machine: &machine,
         seed: Seed::new(SEED).unwrap(),
-        tiers: &[Tier::Null, Tier::Single, Tier::Outside, Tier::Change],
+        tiers: &[Tier::Null, Tier::Single, Tier::Outside],
         cases: Some(asked.unwrap_or(CASES)),
         engine: Engine::Axis,
         folder: &place.path().join("sample"),

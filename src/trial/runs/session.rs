@@ -98,6 +98,8 @@ pub fn draw(machine: &Machine, random: &mut StdRng) -> Result<Session> {
     Ok(Session { layout, runs })
 }
 
+/// Draws where the axis stands before a run, and its movement.
+type Draw<T> = fn(&mut T) -> (f64, Movement);
 /// What a run is, before it has its name and its place in the session.
 type Drawn = (Option<Role>, f64, Movement);
 
@@ -207,12 +209,7 @@ impl Pen<'_> {
     }
 
     /// So many runs of each of two kinds.
-    fn both(
-        &mut self,
-        role: Role,
-        counts: [usize; 2],
-        kinds: [fn(&mut Self) -> (f64, Movement); 2],
-    ) -> Vec<Drawn> {
+    fn both(&mut self, role: Role, counts: [usize; 2], kinds: [Draw<Self>; 2]) -> Vec<Drawn> {
         let mut drawn = Vec::new();
         for (count, kind) in counts.into_iter().zip(kinds) {
             for _ in 0..count {
