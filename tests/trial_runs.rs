@@ -7,6 +7,7 @@ use slideway::diagnose::experiment::Experiment;
 use slideway::drive::motor::Circuit;
 use slideway::machine::Machine;
 use slideway::recording::{Existing, Format, Recording, Role, Run, SplitRule};
+use slideway::replay::run_seed;
 use slideway::trial::Engine;
 use slideway::trial::engine::STEP_S;
 use slideway::trial::forge::logged;
@@ -190,7 +191,8 @@ fn exact_roles_are_stated_where_users_state_them() {
 fn recorded(machine: &Machine, session: &Session) -> (Vec<Run>, Recording) {
     let signals = logged(machine);
     let run = |run: &TrialRun| {
-        let (reference, sensing) = (run.reference(machine), Sensing::AsStated { seed: 1 });
+        let (reference, sensing) =
+            (run.reference(machine), Sensing::AsStated { seed: run_seed(1, &run.name) });
         let traces =
             Engine::Axis.simulate(machine, &OTHERWISE, sensing, &reference, run.begins_s, STEP_S).unwrap();
         as_logged(run, machine, &reference, traces, &signals).unwrap()
