@@ -109,13 +109,13 @@ fn exact_seeds_for_developing_and_for_judging_are_apart() {
 fn exact_trial_from_end_to_end() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("trial");
-    let printed = text(&forge(&out, "9", "single", "1").stdout);
+    let printed = text(&forge(&out, "42", "single", "1").stdout);
     let trial = Trial::read(&out).unwrap();
     let truth = std::fs::read(Trial::truth_file(&out)).unwrap();
     let hash = slideway::trial::folder::sha256(&truth);
     assert_eq!(trial.announcement.truth_sha256, hash);
     assert!(printed.starts_with(&format!("truth sealed, SHA-256 {hash}")), "{printed}");
-    assert!(printed.contains("seed 9 (development)"), "{printed}");
+    assert!(printed.contains("seed 42 (development)"), "{printed}");
     // What a diagnosis is given tells nothing of the truth.
     let public = content(&out.join("cases"));
     let toml = public.iter().filter(|(name, _)| name.extension().is_some_and(|e| e == "toml"));
