@@ -2,8 +2,9 @@
 //! axis its inertia alone.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
-use rand::rngs::StdRng;
-use rand::{RngExt, SeedableRng};
+mod random_input;
+
+use random_input::random;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
@@ -13,7 +14,7 @@ use slideway::replay::{Commands, PlantChoice};
 use slideway::twin::Sensing;
 use slideway::units::Motion;
 use std::collections::BTreeMap;
-use std::f64::consts::{FRAC_PI_2, TAU};
+use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 /// What may be named: the payload, what else is a torque of the angle, and what else is in proportion to acceleration.
@@ -63,25 +64,9 @@ fn pendulum([roll, pitch]: [f64; 2]) -> Machine {
     with(&machine, &[("encoder.resolution_rad", 1e-5), ("encoder.noise_rad", 1e-5)])
 }
 
-/// White noise through two first-order low-passes, of this RMS value.
-fn random(seed: u64, seconds: f64, corner_hz: f64, rms: f64) -> Vec<f64> {
-    const PERIOD_S: f64 = 1e-3;
-    let (mut draw, share) = (StdRng::seed_from_u64(seed), 1.0 - (-TAU * corner_hz * PERIOD_S).exp());
-    let (mut a, mut b) = (0.0, 0.0);
-    let samples: Vec<f64> = (0..(seconds / PERIOD_S) as usize)
-        .map(|_| {
-            a += share * (draw.random_range(-1.0..1.0) - a);
-            b += share * (a - b);
-            b
-        })
-        .collect();
-    let size = (samples.iter().map(|x| x * x).sum::<f64>() / samples.len() as f64).sqrt();
-    samples.into_iter().map(|x| x * rms / size).collect()
-}
-
 /// What a real machine makes of a random reference on the rigid-body scene.
 fn recorded(real: &Machine, k: u64) -> Run {
-    let reference = random(21 + k, 3.0, 1.0, 1.0);
+    let reference = random(21 + k, [3.0, 1e-3], 1.0, 1.0);
     let blank = vec![0.0; reference.len()];
     let signals = BTreeMap::from([(Signal::ControlEffort, blank), (Signal::PositionReference, reference)]);
     let period_s = real.description().sample_period_s;

@@ -2,12 +2,12 @@
 //! without a sensor behind it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+mod random_input;
+
 use std::collections::BTreeMap;
-use std::f64::consts::TAU;
 use std::path::Path;
 
-use rand::rngs::StdRng;
-use rand::{RngExt, SeedableRng};
+use random_input::random;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
@@ -46,21 +46,6 @@ fn edited(file: &str, edit: impl Fn(&str) -> String) -> Machine {
         std::fs::copy(mesh.path(), folder.path().join("meshes").join(mesh.file_name())).unwrap();
     }
     Machine::read(folder.path()).unwrap()
-}
-
-/// White noise through two first-order low-passes, of this RMS value.
-fn random(seed: u64, seconds: f64, corner_hz: f64, rms: f64) -> Vec<f64> {
-    let (mut draw, share) = (StdRng::seed_from_u64(seed), 1.0 - (-TAU * corner_hz * PERIOD_S).exp());
-    let (mut a, mut b) = (0.0, 0.0);
-    let samples: Vec<f64> = (0..(seconds / PERIOD_S) as usize)
-        .map(|_| {
-            a += share * (draw.random_range(-1.0..1.0) - a);
-            b += share * (a - b);
-            b
-        })
-        .collect();
-    let size = (samples.iter().map(|x| x * x).sum::<f64>() / samples.len() as f64).sqrt();
-    samples.into_iter().map(|x| x * rms / size).collect()
 }
 
 /// What a real machine makes of a command on the rigid-body scene, with noise, and what its drive logs of it.
@@ -105,8 +90,9 @@ fn ref_stiction_withheld_is_named_from_a_random_current() {
         Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/servo/stiction.toml")).unwrap();
     let stated = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/servo")).unwrap();
     let log = [Signal::ControlEffort, Signal::Current, Signal::Position];
-    let run =
-        |k: usize| recorded(&real, k, (Signal::ControlEffort, random(1 + k as u64, 1.2, 2.0, 0.04)), &log);
+    let run = |k: usize| {
+        recorded(&real, k, (Signal::ControlEffort, random(1 + k as u64, [1.2, PERIOD_S], 2.0, 0.04)), &log)
+    };
     let d = told("stiction", &stated, (0..3).map(run).collect());
     assert_eq!(d.verdict, Verdict::Cause);
     let mut names: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
@@ -147,7 +133,7 @@ fn with_play(machine: &Machine) -> Machine {
 /// A random position reference, loops on.
 fn in_closed_loop(real: &Machine, log: &[Signal]) -> Vec<Run> {
     let run = |k: usize| {
-        let reference = random(11 + k as u64, 1.5, 1.0, 1.0);
+        let reference = random(11 + k as u64, [1.5, PERIOD_S], 1.0, 1.0);
         recorded(real, k, (Signal::PositionReference, reference), log)
     };
     (0..3).map(run).collect()

@@ -328,13 +328,7 @@ fn exact_payload_is_struck_with_the_force_constant() {
     }
 }
 
-const OTHERWISE: Otherwise = Otherwise {
-    bristle_deflection: Some(4e-8),
-    bristle_damping: 0.7,
-    harmonics: [0.0; 2],
-    phases: [0.0; 2],
-    foreign: None,
-};
+const OTHERWISE: Otherwise = Otherwise::bristles(4e-8, 0.7);
 
 fn strokes() -> TrialRun {
     TrialRun {

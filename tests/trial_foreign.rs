@@ -42,8 +42,7 @@ fn two_sensors(closes: bool) -> Machine {
 }
 
 fn otherwise(foreign: Option<Foreign>) -> Otherwise {
-    let harmonics = [0.0; 2];
-    Otherwise { bristle_deflection: Some(4e-8), bristle_damping: 0.7, harmonics, phases: [0.0; 2], foreign }
+    Otherwise { foreign, ..Otherwise::bristles(4e-8, 0.7) }
 }
 
 /// A mass that nothing holds.

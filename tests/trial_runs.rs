@@ -22,13 +22,7 @@ const SESSIONS: u64 = 200;
 /// Joints with limits on both sides, without any, and with one at zero; a pendulum under its weight; direct motors.
 const MACHINES: [&str; 6] = ["grinder", "servo", "grinder_yaxis", "xl330", "emps", "delta_a3"];
 /// Nothing that the machine's file does not state.
-const OTHERWISE: Otherwise = Otherwise {
-    bristle_deflection: Some(4e-8),
-    bristle_damping: 0.7,
-    harmonics: [0.0; 2],
-    phases: [0.0; 2],
-    foreign: None,
-};
+const OTHERWISE: Otherwise = Otherwise::bristles(4e-8, 0.7);
 
 fn machine(name: &str) -> Machine {
     Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models").join(name)).unwrap()
@@ -155,15 +149,6 @@ fn exact_sessions_follow_from_the_seed_and_are_kept() {
         assert_eq!(read.len(), drawn.runs.len());
         assert!(distinct.insert(text));
     }
-}
-
-#[test]
-fn exact_truths_of_strokes_alone_can_be_read() {
-    let old = r#"{"name": "run01", "stroke": 0.03, "feed": 0.1, "dwell_s": 0.2, "role": "held_out", "begins_s": 1.5}"#;
-    let movement = Movement::Strokes { stroke: 0.03, feed: 0.1, dwell_s: 0.2 };
-    let role = Some(Role::HeldOut);
-    let run = TrialRun { name: "run01".to_owned(), role, begins_s: 1.5, from: 0.0, movement };
-    assert_eq!(serde_json::from_str::<TrialRun>(old).unwrap(), run);
 }
 
 /// Roles are stated where users state them: never of a single run, and of three runs in half of the cases.

@@ -99,6 +99,11 @@ impl DryFriction {
         self.stribeck.is_some()
     }
 
+    /// g in N or N·m at standstill in the direction that holds more, without the part of the load.
+    pub fn at_rest(&self) -> f64 {
+        self.level(1.0, 0.0).max(self.level(-1.0, 0.0))
+    }
+
     /// g in N or N·m in a direction (±1) at a speed ≥ 0, without the part of the load.
     #[inline]
     pub fn level(&self, direction: f64, speed: f64) -> f64 {

@@ -14,6 +14,7 @@ use super::plan::Planned;
 use super::real::{Acting, Known, Real, by_key, in_order};
 use super::runs::{self, TrialRun};
 use super::scale::machinery;
+use super::scoring::size::FLOOR;
 use super::seed::Seed;
 use super::tier::Tier;
 use super::truth::{HiddenEffect, TrueCase};
@@ -31,9 +32,6 @@ const MOST_DRAWS: usize = 24;
 /// Probability that a changed machine had something hidden before already, that this is struck from the catalogue, and that a case outside
 /// the catalogue hides an effect and nothing foreign.
 const UNEXPLAINED: f64 = 0.5;
-/// What is at least so large is looked for among others that nobody could tell from it, in standard deviations of the noise.
-const FLOOR: f64 = 1.0;
-
 /// What a draw comes to.
 pub enum Outcome {
     /// A case; its number is still open.
@@ -42,9 +40,9 @@ pub enum Outcome {
     Skipped(EffectId, String),
 }
 
-/// Where cases are drawn for.
+/// What cases are drawn for.
 #[derive(Debug, Clone, Copy)]
-pub struct Site<'a> {
+pub struct Cases<'a> {
     /// Seed of the trial.
     pub seed: Seed,
     /// The machine on trial.
@@ -76,20 +74,20 @@ struct Measured {
     converged: Converged,
 }
 
-impl Site<'_> {
+impl Cases<'_> {
     /// Draws a planned case. Nothing is drawn again because it does not show.
     ///
     /// # Errors
     /// Whatever a replay of the machine as it is refuses.
-    pub fn case(&self, planned: &Planned) -> Result<Outcome> {
+    pub fn draw(&self, planned: &Planned) -> Result<Outcome> {
         let logged: Vec<Signal> =
             self.logged.iter().copied().filter(|s| !planned.missing.contains(s)).collect();
-        let site = Site { logged: &logged, ..*self };
+        let own = Cases { logged: &logged, ..*self };
         for effects in std::iter::once(&planned.effects).chain(&planned.spare) {
             let planned = &Planned { effects: effects.clone(), ..planned.clone() };
             for draw in 0..MOST_DRAWS {
                 let mut random = self.seed.random(&format!("{} {draw}", planned.purpose));
-                if let Some(case) = site.attempt(planned, &mut random)? {
+                if let Some(case) = own.attempt(planned, &mut random)? {
                     return Ok(Outcome::Drawn(Box::new(case)));
                 }
             }

@@ -14,7 +14,7 @@ use std::str::FromStr;
 
 /// Longest step of a forging plant in s: an eighth of the step on which the diagnosis replays.
 pub const STEP_S: f64 = 31.25e-6;
-/// Longest step while sizes are calibrated, in s.
+/// Longest step while the sizes of hidden effects are measured, in s.
 pub const SKETCH_STEP_S: f64 = 62.5e-6;
 /// The axis has stood at the first reference for so long before a run begins, in s.
 const STOOD_S: f64 = 1.0;
@@ -112,7 +112,7 @@ impl Engine {
     }
 }
 
-/// The same with perfect sensors on the reduced axis at a coarser step: fast, for calibrating sizes; the run begins at a time of the session in s.
+/// The same with perfect sensors on the reduced axis at a coarser step: fast, for measuring sizes; the run begins at a time of the session in s.
 ///
 /// # Errors
 /// A machine without a controller, or a reference beyond its joint's limits.

@@ -1,6 +1,6 @@
 //! Forging: machines with hidden effects, their truth sealed, their recordings simulated.
 
-use super::draw::{Outcome, Site};
+use super::draw::{Cases, Outcome};
 use super::engine::Engine;
 use super::equals::equals;
 use super::folder::{Announcement, SCHEMA, Skipped, Terms, Trial, sha256};
@@ -67,9 +67,9 @@ pub fn forge(order: &Order, progress: &Progress) -> Result<Trial> {
     let equal = |a: EffectId, b: EffectId| equals(a, machine, &logged).contains(&b);
     let planned = plan(order.seed, order.tiers, order.cases, &effects, &logged, &equal);
     (progress.drawing)(planned.len());
-    let site = Site { seed: order.seed, machine, engine: order.engine, logged: &logged };
+    let all = Cases { seed: order.seed, machine, engine: order.engine, logged: &logged };
     let draw = |one: &Planned| {
-        let outcome = site.case(one);
+        let outcome = all.draw(one);
         (progress.done)();
         outcome
     };

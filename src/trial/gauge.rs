@@ -136,11 +136,6 @@ impl<'a> Gauge<'a> {
     pub fn floor(&self) -> &Floor {
         &self.floor
     }
-
-    /// The runs as a diagnosis sees them, without noise.
-    pub fn experiments(&self) -> &[Experiment] {
-        &self.experiments
-    }
 }
 
 /// The run that a logger would have made: measured signals as far as they are logged.

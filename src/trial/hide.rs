@@ -88,6 +88,6 @@ fn add(
 /// The machinery with the dry friction that is there by now.
 fn machinery_with(real: &Real, machinery: &Machinery, hidden: &[Acting]) -> Result<Machinery> {
     let constants = real.with(hidden)?.constants();
-    let coulomb = constants.friction.level(1.0, 0.0).max(constants.friction.level(-1.0, 0.0));
+    let coulomb = constants.friction.at_rest();
     Ok(Machinery { coulomb, ..machinery.clone() })
 }

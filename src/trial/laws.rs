@@ -29,6 +29,17 @@ pub struct Otherwise {
 }
 
 impl Otherwise {
+    /// Nothing but bristles under dry friction: a deflection in m or rad, and a damping ratio.
+    pub const fn bristles(deflection: f64, damping: f64) -> Self {
+        Self {
+            bristle_deflection: Some(deflection),
+            bristle_damping: damping,
+            harmonics: [0.0; 2],
+            phases: [0.0; 2],
+            foreign: None,
+        }
+    }
+
     /// What is logged of a run that was simulated so; see [`Foreign::logged`].
     ///
     /// # Errors
@@ -94,7 +105,7 @@ impl ForgedLaws {
         let loaded = Load::of(machine).filter(|_| coefficient > 0.0).map(|load| (coefficient, load));
         let rest = loaded.as_ref().map_or(0.0, |(coefficient, load)| coefficient * load.usual());
         let spot = dry.local.map_or(0.0, |local| local.force.max(0.0));
-        let standing = dry.level(1.0, 0.0).max(dry.level(-1.0, 0.0)) + rest + spot;
+        let standing = dry.at_rest() + rest + spot;
         let drawn =
             |stiffness: f64| 2.0 * otherwise.bristle_damping * (stiffness * constants.moving_mass).sqrt();
         let (stiffness, damping) = match dry.bristle {

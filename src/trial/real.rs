@@ -19,11 +19,6 @@ pub struct Acting {
 }
 
 impl Acting {
-    /// What the tier asked for.
-    pub fn planned(effect: EffectId, values: Vec<f64>) -> Self {
-        Self { effect, values, planned: true }
-    }
-
     /// What comes with another effect, or beside it.
     pub fn attendant(effect: EffectId, values: Vec<f64>) -> Self {
         Self { effect, values, planned: false }

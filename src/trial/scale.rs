@@ -26,7 +26,7 @@ pub fn machinery(machine: &Machine, real: &Real, runs: &[TrialRun]) -> Result<Ma
     let voltage_v = constants.effort_limit_v().unwrap_or(force / constants.force_per_volt());
     let travel =
         runs.iter().map(|r| r.travel(machine)).fold(0.0, |a: f64, b| if b.abs() > a.abs() { b } else { a });
-    let coulomb = constants.friction.level(1.0, 0.0).max(constants.friction.level(-1.0, 0.0));
+    let coulomb = constants.friction.at_rest();
     Ok(Machinery {
         motion: machine.motion(),
         rated_force: RATED * force,

@@ -25,7 +25,8 @@ pub enum Tier {
     Poor,
     /// One effect, and no current, no effort or no velocity logged.
     Missing,
-    /// One effect changed or come between two recordings of one machine, which is hidden from the twin in other ways too.
+    /// Two recordings of one machine, the reference and a later one, between which one effect came or changed. Half of these
+    /// machines differ from their twin in the reference already.
     Change,
 }
 

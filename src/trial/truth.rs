@@ -40,13 +40,10 @@ pub struct TrueCase {
     /// Every effect by which the machine differs from the twin that is diagnosed; in the tier of changes, from the machine before.
     pub effects: Vec<HiddenEffect>,
     /// What the twin that is diagnosed states beyond the machine's file, as it really is: friction of the guide.
-    #[serde(default)]
     pub stated: Vec<Known>,
     /// The settings by which it states that, within its tolerance.
-    #[serde(default)]
     pub twin: BTreeMap<String, f64>,
     /// In the tier of changes, the effects that machine and twin differ by before and after alike; none elsewhere.
-    #[serde(default)]
     pub before: Vec<HiddenEffect>,
     /// By how much the nominal parameters were off.
     pub nominal: NominalErrors,
@@ -61,11 +58,9 @@ pub struct TrueCase {
     /// What everything hidden makes together beyond calibration, in standard deviations of the noise; see [`HiddenEffect::gap`].
     pub gap: f64,
     /// Longest step of the plant that simulated it in s.
-    #[serde(default)]
     pub step_s: f64,
     /// Error of the simulation itself against half its step, RMS, in standard deviations of the noise over √N; see
     /// [`converged`](super::convergence::converged).
-    #[serde(default)]
     pub integration_error: f64,
 }
 
@@ -77,18 +72,12 @@ pub struct HiddenEffect {
     /// Its parameters, by their key; a payload comes on top of what the nominal mass is off by.
     pub parameters: BTreeMap<String, f64>,
     /// Whether the tier asked for it. Else it comes with another one, as friction and its bristles do, or is a nuisance.
-    #[serde(default = "is_planned")]
     pub planned: bool,
     /// What it makes beside everything else that is hidden, beyond what constants inside their tolerances make up for: RMS over
     /// signals and samples in standard deviations of the noise, of training or held-out runs, whichever show less.
     pub gap: f64,
     /// Effects that do the same on these runs, as far as their noise can tell; see [`Equals`](super::information::Equals).
     pub equals: Vec<EffectId>,
-}
-
-/// Truths of before attendants were told apart.
-fn is_planned() -> bool {
-    true
 }
 
 impl HiddenEffect {

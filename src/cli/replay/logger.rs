@@ -44,13 +44,7 @@ impl Replay {
             PlantChoice::Axis => Engine::Axis,
             PlantChoice::Mujoco => Engine::Mujoco,
         };
-        let otherwise = Otherwise {
-            bristle_deflection: Some(bristle_deflection),
-            bristle_damping: BRISTLE_DAMPING,
-            harmonics: [0.0; 2],
-            phases: [0.0; 2],
-            foreign: None,
-        };
+        let otherwise = Otherwise::bristles(bristle_deflection, BRISTLE_DAMPING);
         engine.told(machine, &otherwise, sensing, commands, commands::STOOD_S, count)
     }
 

@@ -1,6 +1,7 @@
 //! A clock that drifts against that of the drive.
 
-use super::{digits, logarithmic, on_steps, reading_steps, remade, sign};
+use super::{digits, on_steps, reading_steps, remade};
+use crate::effect::Prior;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
@@ -53,11 +54,12 @@ impl DriftingClock {
 
     /// Draws a clock.
     pub fn draw(random: &mut StdRng) -> Self {
-        let rate_ppm = digits(sign(random) * logarithmic(RATES_PPM, random));
+        let rate_ppm =
+            digits(Prior::new(random).sign() * Prior::new(random).log_uniform(RATES_PPM.0, RATES_PPM.1));
         Self {
             rate_ppm,
             wander_ppm: digits(rate_ppm.abs() * random.random_range(0.0..MOST_WANDER)),
-            wander_period_s: digits(logarithmic(WANDER_PERIODS_S, random)),
+            wander_period_s: digits(Prior::new(random).log_uniform(WANDER_PERIODS_S.0, WANDER_PERIODS_S.1)),
             wander_phase_rad: digits(random.random_range(0.0..TAU)),
         }
     }

@@ -1,6 +1,7 @@
 //! Samples that the logger misses.
 
-use super::{logarithmic, remade, sign, times};
+use super::{remade, times};
+use crate::effect::Prior;
 use crate::error::Result;
 use crate::recording::Run;
 use rand::RngExt;
@@ -54,9 +55,9 @@ const ROUNDING: f64 = 1e-6;
 impl MissedSamples {
     /// Draws what is missed in a session of `session_s` at a sample period in s; at least one burst.
     pub fn draw(period_s: f64, session_s: f64, random: &mut StdRng) -> Self {
-        let rows = if sign(random) < 0.0 { Rows::Joined } else { Rows::Held };
+        let rows = if Prior::new(random).sign() < 0.0 { Rows::Joined } else { Rows::Held };
         let longest = random.random_range(1..=MOST_SAMPLES);
-        let missed = logarithmic(SHARES, random) * session_s / period_s;
+        let missed = Prior::new(random).log_uniform(SHARES.0, SHARES.1) * session_s / period_s;
         let count = (2.0 * missed / (1 + longest) as f64).round().max(1.0) as usize;
         let begins = times(count, session_s, random);
         let burst = |begins_s| Burst { begins_s, samples: random.random_range(1..=longest) };

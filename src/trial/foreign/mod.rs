@@ -195,16 +195,6 @@ fn on_steps(reading: f64, steps: [f64; 2]) -> f64 {
     steps.into_iter().fold(reading, rounded)
 }
 
-/// A number between two positive ones, evenly on a logarithmic scale.
-fn logarithmic((least, largest): (f64, f64), random: &mut StdRng) -> f64 {
-    least * (largest / least).powf(random.random_range(0.0..1.0))
-}
-
-/// Plus or minus one.
-fn sign(random: &mut StdRng) -> f64 {
-    if random.random_range(0.0..1.0) < 0.5 { -1.0 } else { 1.0 }
-}
-
 /// Nine digits, which files give back exactly.
 fn digits(value: f64) -> f64 {
     format!("{value:.8e}").parse().unwrap_or(value)

@@ -1,6 +1,7 @@
 //! Shocks from a neighbour.
 
-use super::{digits, logarithmic, sign, times};
+use super::{digits, times};
+use crate::effect::Prior;
 use crate::guide::StepForce;
 use rand::RngExt;
 use rand::rngs::StdRng;
@@ -47,12 +48,12 @@ const RATES_PER_S: (f64, f64) = (0.5, 3.0);
 impl Shocks {
     /// Draws the shocks of a session of `session_s`; at least one. `rated_force` in N or N·m.
     pub fn draw(rated_force: f64, session_s: f64, random: &mut StdRng) -> Self {
-        let largest = rated_force * logarithmic(SHARES, random);
-        let length_s = digits(logarithmic(LENGTHS_S, random));
+        let largest = rated_force * Prior::new(random).log_uniform(SHARES.0, SHARES.1);
+        let length_s = digits(Prior::new(random).log_uniform(LENGTHS_S.0, LENGTHS_S.1));
         let rate_per_s: f64 = random.random_range(RATES_PER_S.0..RATES_PER_S.1);
         let begins = times(((rate_per_s * session_s) as usize).max(1), session_s, random);
         let pulse = |begins_s| {
-            let force = digits(sign(random) * largest * random.random_range(LEAST_SHARE..1.0));
+            let force = digits(Prior::new(random).sign() * largest * random.random_range(LEAST_SHARE..1.0));
             Pulse { begins_s, force }
         };
         Self { length_s, pulses: begins.into_iter().map(pulse).collect() }

@@ -1,6 +1,7 @@
 //! A scale or a screw that grows as it warms.
 
-use super::{digits, logarithmic, on_steps, reading_steps, remade, sign};
+use super::{digits, on_steps, reading_steps, remade};
+use crate::effect::Prior;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
@@ -87,13 +88,13 @@ impl WarmingScale {
     /// Draws the growth that a sensor shows in a session of `session_s`.
     pub fn draw(sensor: WarmSensor, session_s: f64, random: &mut StdRng) -> Self {
         let expansion = EXPANSIONS_PPM_PER_K[random.random_range(0..EXPANSIONS_PPM_PER_K.len())];
-        let is_screw = sign(random) > 0.0 && sensor != WarmSensor::Own;
+        let is_screw = Prior::new(random).sign() > 0.0 && sensor != WarmSensor::Own;
         let longest_s = (MOST_SESSIONS * session_s).min(TIME_CONSTANTS_S.1).max(LEAST_LONGEST_S);
         Self {
             sensor,
             expansion_ppm_per_k: if is_screw { expansion } else { -expansion },
             warming_k: digits(random.random_range(WARMINGS_K.0..WARMINGS_K.1)),
-            time_constant_s: digits(logarithmic((TIME_CONSTANTS_S.0, longest_s), random)),
+            time_constant_s: digits(Prior::new(random).log_uniform(TIME_CONSTANTS_S.0, longest_s)),
             zero_m: digits(random.random_range(-MOST_ZERO_M..MOST_ZERO_M)),
         }
     }

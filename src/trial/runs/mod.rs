@@ -54,12 +54,11 @@ const LEAD_S: f64 = 0.1;
 
 /// One run of a case, in SI.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(from = "Stored")]
 pub struct TrialRun {
     /// Name of the run.
     pub name: String,
     /// Whether for training or held out, where the user stated it.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<Role>,
     /// When it begins within the session, in s.
     pub begins_s: f64,
@@ -100,44 +99,6 @@ impl TrialRun {
     /// From the first sample to one after the last, in s.
     pub fn length_s(&self, machine: &Machine) -> f64 {
         self.reference(machine).len() as f64 * machine.description().sample_period_s
-    }
-}
-
-/// A run as truth files hold it, also those of before there was anything but strokes.
-#[derive(Deserialize)]
-#[serde(untagged)]
-enum Stored {
-    Moved {
-        name: String,
-        #[serde(default)]
-        role: Option<Role>,
-        #[serde(default)]
-        begins_s: f64,
-        from: f64,
-        movement: Movement,
-    },
-    Strokes {
-        name: String,
-        stroke: f64,
-        feed: f64,
-        dwell_s: f64,
-        role: Role,
-        #[serde(default)]
-        begins_s: f64,
-    },
-}
-
-impl From<Stored> for TrialRun {
-    fn from(stored: Stored) -> Self {
-        match stored {
-            Stored::Moved { name, role, begins_s, from, movement } => {
-                Self { name, role, begins_s, from, movement }
-            }
-            Stored::Strokes { name, stroke, feed, dwell_s, role, begins_s } => {
-                let movement = Movement::Strokes { stroke, feed, dwell_s };
-                Self { name, role: Some(role), begins_s, from: 0.0, movement }
-            }
-        }
     }
 }
 
