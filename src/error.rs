@@ -3,10 +3,18 @@
 //! Outcomes that are part of a result (not excited, no gap, undecided) are values of that result;
 //! an [`Error`] is broken input or a file that cannot be read or written.
 
+mod plain;
 pub(crate) mod toml_text;
 
 use std::fmt;
 use std::path::{Path, PathBuf};
+
+pub(crate) use plain::plain;
+
+/// Characters of each part of a refusal at most.
+const MOST_SHOWN: usize = 600;
+/// Characters of a key at most.
+const MOST_OF_KEY: usize = 160;
 
 /// Short form of `Result` with this crate's [`Error`].
 pub type Result<T> = std::result::Result<T, Error>;
@@ -80,11 +88,14 @@ impl Error {
 
     /// A file that could not be read or written.
     pub fn io(path: impl AsRef<Path>, error: &std::io::Error) -> Self {
-        Self::new(ErrorKind::Io)
-            .file(path)
-            .found(error.to_string())
-            .expected("a file that can be opened")
-            .remedy("check the path and its permissions")
+        Self::new(ErrorKind::Io).file(path).found(said(error)).expected("a file that can be opened").remedy(
+            match error.kind() {
+                std::io::ErrorKind::StorageFull | std::io::ErrorKind::QuotaExceeded => {
+                    "make room on the disk, or write elsewhere"
+                }
+                _ => "check the path and its permissions",
+            },
+        )
     }
 
     /// The file in which it happened; an empty path names none. Kept if one was named already (the innermost knows best).
@@ -107,6 +118,14 @@ impl Error {
     #[must_use]
     pub fn key(mut self, key: impl Into<String>) -> Self {
         self.0.place.key.get_or_insert_with(|| key.into());
+        self
+    }
+
+    /// The same refusal at another place: that of the words which caused it.
+    #[must_use]
+    pub fn moved_to(mut self, path: impl AsRef<Path>, key: impl Into<String>) -> Self {
+        let row = None;
+        self.0.place = Place { file: Some(path.as_ref().to_path_buf()), row, key: Some(key.into()) };
         self
     }
 
@@ -159,9 +178,9 @@ impl Error {
     fn place_text(&self) -> String {
         let Place { file, row, key } = &self.0.place;
         let parts = [
-            file.as_ref().map(|f| f.display().to_string()),
+            file.as_ref().map(|f| plain(&f.display().to_string(), MOST_SHOWN)),
             row.map(|r| format!("row {r}")),
-            key.as_ref().map(|k| format!("`{k}`")),
+            key.as_ref().map(|k| format!("`{}`", plain(k, MOST_OF_KEY))),
         ];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
     }
@@ -170,13 +189,30 @@ impl Error {
     pub fn statement(&self) -> String {
         let place = self.place_text();
         let mut text = if place.is_empty() { String::new() } else { format!("{place}: ") };
-        match (&self.0.found, &self.0.expected) {
+        let shown = |part: &Option<String>| part.as_ref().map(|part| plain(part, MOST_SHOWN));
+        match (shown(&self.0.found), shown(&self.0.expected)) {
             (Some(found), Some(expected)) => text += &format!("read {found}, expected {expected}"),
             (Some(found), None) => text += &format!("read {found}"),
             (None, Some(expected)) => text += &format!("expected {expected}"),
             (None, None) => text += &format!("{:?}", self.0.kind),
         }
         text
+    }
+}
+
+/// What the system says of a file, in plain words.
+pub(crate) fn said(error: &std::io::Error) -> String {
+    use std::io::ErrorKind as E;
+    match error.kind() {
+        E::NotFound => "no such file or folder".to_owned(),
+        E::PermissionDenied => "no permission".to_owned(),
+        E::AlreadyExists => "a file or folder that is there already".to_owned(),
+        E::IsADirectory => "a folder".to_owned(),
+        E::NotADirectory => "a path through a file".to_owned(),
+        E::StorageFull => "a full disk".to_owned(),
+        E::QuotaExceeded => "a quota that is used up".to_owned(),
+        E::ReadOnlyFilesystem => "a file system that is read only".to_owned(),
+        _ => error.to_string(),
     }
 }
 

@@ -29,7 +29,7 @@
 //!  machine ──► trial           the diagnosis checked on machines whose effect is withheld
 //! ```
 //!
-//! Modules import in one direction: [`error`], [`units`], [`recording`], [`identify`], [`solid`],
+//! Modules import in one direction: [`error`], [`confine`], [`whole`], [`units`], [`recording`], [`identify`], [`solid`],
 //! [`controller`], [`drive`], [`sensor`], [`base`], [`guide`], [`effect`], [`machine`], [`plant`], [`twin`],
 //! [`replay`], [`tune`], [`diagnose`], [`trial`], [`report`], then the command line, which belongs to the binary.
 //!
@@ -57,6 +57,7 @@
 //!   through the twin's own sensor, so that errors add up as they would on the machine.
 
 pub mod base;
+pub mod confine;
 pub mod controller;
 pub mod diagnose;
 pub mod drive;
@@ -75,6 +76,7 @@ pub mod trial;
 pub mod tune;
 pub mod twin;
 pub mod units;
+pub mod whole;
 
 #[cfg(doctest)]
 #[doc = include_str!("../README.md")]

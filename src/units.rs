@@ -4,11 +4,13 @@
 //! an SI value back in the unit an engineer would choose.
 
 mod engineering;
+mod magnitude;
 
 use std::f64::consts::{PI, TAU};
 use std::fmt;
 
 pub use engineering::engineering;
+pub use magnitude::{SMALLEST, largest};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, ErrorKind, Result};

@@ -6,8 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Every module of the crate; one may import from itself and from those before it.
-const ORDER: [&str; 20] = [
+const ORDER: [&str; 22] = [
     "error",
+    "confine",
+    "whole",
     "units",
     "recording",
     "identify",

@@ -6,6 +6,7 @@ use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
 use crate::error::{Error, ErrorKind, Result};
+use crate::units::{SMALLEST, largest};
 
 /// One resonance of the base: natural frequency, modal mass and damping ratio.
 ///
@@ -52,8 +53,9 @@ impl Mode {
     /// A number that is not finite; frequency or mass not > 0; a damping ratio outside 0 ≤ ζ < 1.
     pub fn new(frequency_hz: f64, mass_kg: f64, damping_ratio: f64) -> Result<Self> {
         for (key, value, what) in [("frequency_hz", frequency_hz, "Hz"), ("mass_kg", mass_kg, "kg")] {
-            if !(value.is_finite() && value > 0.0) {
-                return Err(out_of_range(key, value, &format!("a finite number of {what} > 0")));
+            if !(SMALLEST..=largest(key)).contains(&value) {
+                let expected = format!("a finite number of {what} > 0, at most {:e}", largest(key));
+                return Err(out_of_range(key, value, &expected));
             }
         }
         if !(0.0..1.0).contains(&damping_ratio) {

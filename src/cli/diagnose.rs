@@ -18,6 +18,7 @@ use slideway::report::{html, sentence, terminal};
 use super::effects::{Named, named};
 use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
+use super::stability::stability;
 use super::subject::{check_motion, machine_of};
 use super::{Failure, Screen, style};
 
@@ -86,6 +87,8 @@ impl Diagnose {
             ("--json", verdict_file),
             ("--figure", self.figure.as_deref()),
             ("--html", self.pictures.html()),
+            ("--figures", self.pictures.figures()),
+            ("--write-machine", self.write_machine.as_deref()),
         ];
         check_apart(&places)?;
         self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
@@ -112,7 +115,12 @@ impl Diagnose {
         self.draw(&machine, &recording, &diagnosis, screen)?;
         let written = self.write_improved(&diagnosis, &machine)?;
         if !matches!(destination, Destination::Stdout) {
-            write!(screen.out, "{}{written}", terminal(&diagnosis, machine.motion(), style()))?;
+            write!(
+                screen.out,
+                "{}{}{written}",
+                stability(&machine),
+                terminal(&diagnosis, machine.motion(), style())
+            )?;
         }
         let is_gap = diagnosis.verdict != Verdict::NoGap;
         Ok(if self.exit_code && is_gap { ExitCode::from(GAP_FOUND) } else { ExitCode::SUCCESS })

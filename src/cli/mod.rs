@@ -2,6 +2,7 @@
 //!
 //! Exit codes: 0 done, 2 bad input. A command may return another one of its own.
 
+mod count;
 mod crosscheck;
 mod diagnose;
 mod effects;
@@ -12,6 +13,7 @@ mod output;
 mod refusal;
 mod replay;
 mod setting;
+mod stability;
 mod standstill;
 mod subject;
 mod table;
@@ -46,6 +48,9 @@ pub struct Arguments {
     /// Only errors: no tables, no progress bar
     #[arg(long, short, global = true)]
     quiet: bool,
+    /// Folder that machines and recordings may name files in, besides their own; may be given several times
+    #[arg(long, global = true, value_name = "DIR")]
+    allow_outside: Vec<std::path::PathBuf>,
     #[command(subcommand)]
     command: Command,
 }
@@ -133,11 +138,12 @@ impl Screen {
 /// Runs a command to its exit code; what went wrong is told on standard error.
 pub fn run(arguments: &Arguments) -> ExitCode {
     let quiet = arguments.quiet;
+    slideway::confine::allow(arguments.allow_outside.clone());
     let mut screen = Screen { out: Vec::new(), quiet };
     let ended = dispatch(&arguments.command, &mut screen).and_then(|code| {
         if !quiet {
             let mut stdout = io::stdout().lock();
-            stdout.write_all(&screen.out)?;
+            stdout.write_all(&shown(&screen.out))?;
             stdout.flush()?;
         }
         Ok(code)
@@ -149,6 +155,33 @@ pub fn run(arguments: &Arguments) -> ExitCode {
         Err(Failure::Output(error)) => refusal::tell(&Error::io("standard output", &error)),
         Err(Failure::Refused(error)) => refusal::tell(&error),
     }
+}
+
+/// The text without control characters, but for ends of lines and the colours that this program sets.
+fn shown(out: &[u8]) -> Vec<u8> {
+    let text = String::from_utf8_lossy(out);
+    let mut shown = String::with_capacity(text.len());
+    let mut rest = &*text;
+    while let Some(letter) = rest.chars().next() {
+        let behind = &rest[letter.len_utf8()..];
+        if letter == '\u{1b}' {
+            let inside = behind
+                .strip_prefix('[')
+                .map(|codes| codes.trim_start_matches(|c: char| c.is_ascii_digit() || c == ';'));
+            if let Some(after) = inside.and_then(|codes| codes.strip_prefix('m')) {
+                shown += &rest[..rest.len() - after.len()];
+                rest = after;
+                continue;
+            }
+        }
+        if letter.is_control() && letter != '\n' {
+            shown.extend(letter.escape_unicode());
+        } else {
+            shown.push(letter);
+        }
+        rest = behind;
+    }
+    shown.into_bytes()
 }
 
 fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure> {

@@ -1,11 +1,12 @@
 //! Files that a command writes beside its tables: whole or not at all.
 
-use std::io::{self, Write as _};
+use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
 use slideway::error::{Error, ErrorKind};
 use slideway::report::html::Page;
+use slideway::whole;
 
 /// The report as a page, and its figures for papers.
 #[derive(Debug, Args)]
@@ -41,7 +42,18 @@ impl Pictures {
         if folder.exists() && !folder.is_dir() {
             return Err(refused(folder, "--figures", "a file", "a folder", "name another folder"));
         }
-        Ok(())
+        let above = folder.ancestors().find(|above| above.as_os_str().is_empty() || above.exists());
+        let above = above.filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        if !above.is_dir() {
+            return Err(refused(
+                folder,
+                "--figures",
+                "a path through a file",
+                "a folder",
+                "name another folder",
+            ));
+        }
+        whole::probe_file(&above.join("figure.svg")).map_err(|error| error.key("--figures"))
     }
 
     /// Writes what is asked for.
@@ -53,9 +65,18 @@ impl Pictures {
         std::fs::create_dir_all(folder).map_err(|error| {
             Error::io(folder, &error).key("--figures").remedy("name a folder in which you may write")
         })?;
-        page.figures
+        let files: Vec<(PathBuf, String)> = page
+            .figures
             .iter()
-            .try_for_each(|figure| write(&folder.join(format!("{}.svg", figure.name)), &figure.file()))
+            .map(|figure| (folder.join(format!("{}.svg", figure.name)), figure.file()))
+            .collect();
+        if let Some((foreign, _)) = files.iter().find(|(path, _)| path.exists() && !is_ours(path, "svg")) {
+            let found = "a file that is there already and is no figure of slideway";
+            return Err(refused(foreign, "--figures", found, "a new file", "name another folder"));
+        }
+        let files: Vec<(&Path, &[u8])> =
+            files.iter().map(|(path, text)| (path.as_path(), text.as_bytes())).collect();
+        whole::write_all(&files)
     }
 }
 
@@ -98,6 +119,9 @@ pub(super) fn check_apart(places: &[(&str, Option<&Path>)]) -> Result<(), Error>
 
 /// Makes sure that a file can be written there before the work begins, and that it is no input that would be lost.
 pub(super) fn check_place(path: &Path, option: &str) -> Result<(), Error> {
+    if path.as_os_str().is_empty() {
+        return Err(refused(path, option, "an empty path", "a file to write", "name a file"));
+    }
     if path.is_dir() {
         return Err(refused(path, option, "a folder", "a file to write", "name a file in it"));
     }
@@ -110,29 +134,41 @@ pub(super) fn check_place(path: &Path, option: &str) -> Result<(), Error> {
         let found = format!("a .{ending} file that is there already");
         return Err(refused(path, option, &found, "a file that holds no input", "name another file"));
     }
-    Ok(())
+    if path.exists() && !path.is_file() {
+        return Err(refused(path, option, "a device or pipe", "a file to write", "name a file"));
+    }
+    if path.exists() && !is_ours(path, &ending) {
+        let found = "a file that is there already and is no report of slideway";
+        return Err(refused(path, option, found, "a new file", "name another file, or move that one away"));
+    }
+    whole::probe_file(path).map_err(|error| error.key(option))
 }
 
 fn folder(path: &Path) -> &Path {
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// Writes under a temporary name in the same folder, then renames.
+/// Writes a file whole or not at all.
 pub(super) fn write(path: &Path, text: &str) -> Result<(), Error> {
-    let told = |error: &io::Error| {
-        Error::new(ErrorKind::Io)
-            .file(path)
-            .found(error.to_string())
-            .expected("a file that can be written")
-            .remedy("check the folder and its permissions")
+    whole::write(path, text.as_bytes())
+}
+
+/// What this program's reports begin with, by ending.
+const OURS: [(&str, &str, &str); 3] = [
+    ("html", "<!DOCTYPE html>", "<meta name=\"generator\" content=\"slideway"),
+    ("json", "{", "\"schema\": \"slideway-"),
+    ("svg", "<svg ", "role=\"img\""),
+];
+/// So much of a file tells whose it is.
+const HEAD_BYTES: u64 = 4096;
+
+/// Whether a file may be written over: an earlier report of this program, or nothing.
+fn is_ours(path: &Path, ending: &str) -> bool {
+    let mut head = Vec::new();
+    let read = std::fs::File::open(path).and_then(|file| file.take(HEAD_BYTES).read_to_end(&mut head));
+    let head = String::from_utf8_lossy(&head);
+    let is_like = |(of, begins, holds): &(&str, &str, &str)| {
+        *of == ending && head.starts_with(begins) && head.contains(holds)
     };
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".slideway-");
-    // Temporary files are for their owner only; this one becomes a file like any other.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder(path)).map_err(|error| told(&error))?;
-    file.write_all(text.as_bytes()).map_err(|error| told(&error))?;
-    file.persist(path).map_err(|error| told(&error.error))?;
-    Ok(())
+    read.is_ok() && (head.is_empty() || OURS.iter().any(is_like))
 }

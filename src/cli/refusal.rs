@@ -9,6 +9,9 @@ use slideway::error::Error;
 
 use super::BAD_INPUT;
 
+/// A file with longer lines is not shown beside its error, in bytes.
+const LONGEST_LINE: usize = 400;
+
 /// An [`Error`] as miette shows it.
 #[derive(Debug)]
 struct Refusal {
@@ -50,6 +53,11 @@ impl Refusal {
         }
         let row = usize::try_from(error.row_number()?).ok()?.checked_sub(1)?;
         let text = std::fs::read_to_string(path).ok()?;
+        // Long lines hide the message, and others than texts are none.
+        if text.split('\n').any(|line| line.len() > LONGEST_LINE) {
+            return None;
+        }
+        let text: String = text.chars().map(|c| if c.is_control() && c != '\n' { ' ' } else { c }).collect();
         let line = text.split_inclusive('\n').nth(row)?;
         let start: usize = text.split_inclusive('\n').take(row).map(str::len).sum();
         let key = error.key_name().and_then(|key| key.rsplit('.').next()).unwrap_or_default();

@@ -18,13 +18,15 @@ use slideway::machine::Machine;
 use slideway::recording::{Existing, Format, Recording, Role, Run, one_after_another};
 use slideway::replay::recording::recorded;
 use slideway::replay::{
-    Cell, Commands, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, planned_reference,
+    Cell, Commands, Figures, Motion, PlantChoice, SETTLING_BAND, Stroke, check_samples, planned_reference,
 };
 use slideway::report::html;
 use slideway::units;
 
-use super::output::{Pictures, command_line};
+use super::count::{count, seed};
+use super::output::{Pictures, check_apart, command_line};
 use super::setting::{Setting, lay_over, set};
+use super::stability::stability;
 use super::standstill::standstill;
 use super::table::Table;
 use super::{Failure, Plant, Screen};
@@ -92,7 +94,7 @@ pub(super) struct Replay {
     #[arg(long, value_name = "SIGNAL,…", value_delimiter = ',')]
     log: Vec<String>,
     /// Seed of the sensor noise, whose size the machine file states
-    #[arg(long, value_name = "SEED", default_value_t = 1)]
+    #[arg(long, value_name = "SEED", default_value_t = 1, value_parser = seed)]
     noise: u64,
     /// Perfect sensors: no noise, no rounding
     #[arg(long, conflicts_with_all = ["noise", "repeat"])]
@@ -107,7 +109,7 @@ pub(super) struct Replay {
     #[arg(long, value_name = "S", default_value = "0.6", allow_negative_numbers = true, value_parser = standstill)]
     dwell: f64,
     /// Runs of every cell, each with noise of its own
-    #[arg(long, value_name = "N", default_value = "1")]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = count)]
     repeat: NonZeroUsize,
     /// File format of the runs
     #[arg(long, value_enum, default_value = "csv")]
@@ -173,6 +175,8 @@ impl Replay {
         let stated = set(&machine, &self.settings)?;
         let simulated = lay_over(&stated, &self.hidden, "--hide")?;
         let plans = self.plans(&stated)?;
+        self.check_out(out)?;
+        write!(screen.out, "{}", stability(&simulated))?;
         let samples: usize = plans.iter().map(|plan| plan.reference.len()).sum();
         let progress = screen.progress(samples as u64, "simulating");
         let done = plans
@@ -200,13 +204,24 @@ impl Replay {
         Ok(ExitCode::SUCCESS)
     }
 
+    fn existing(&self) -> Existing {
+        if self.replace { Existing::Replace } else { Existing::Refuse }
+    }
+
+    /// Makes sure before the work begins that the recording can be written.
+    fn check_out(&self, out: &Path) -> Result<(), Error> {
+        Recording::check_place(out, self.existing()).map_err(|error| error.key("--out"))?;
+        let places =
+            [("--out", Some(out)), ("--html", self.pictures.html()), ("--figures", self.pictures.figures())];
+        check_apart(&places)
+    }
+
     fn write(&self, recording: &Recording, out: &Path) -> Result<(), Error> {
         let format = match self.format {
             FileFormat::Csv => Format::Csv,
             FileFormat::Parquet => Format::Parquet,
         };
-        let existing = if self.replace { Existing::Replace } else { Existing::Refuse };
-        recording.write(out, format, existing)
+        recording.write(out, format, self.existing())
     }
 
     fn plans(&self, machine: &Machine) -> Result<Vec<Plan>, Error> {
@@ -218,6 +233,14 @@ impl Replay {
                 .found(format!("the cell {} twice", twice.name(machine.motion())))
                 .expected("each cell once")
                 .remedy("use --repeat for several runs of each cell"));
+        }
+        for cell in &cells {
+            check_samples(
+                machine,
+                &self.motion(machine, *cell)?,
+                self.repeat.get().saturating_mul(cells.len()),
+            )
+            .map_err(|error| error.key("--cell"))?;
         }
         let mut plans = Vec::new();
         for cell in cells {
@@ -234,18 +257,22 @@ impl Replay {
         Ok(plans)
     }
 
-    fn plan(&self, machine: &Machine, cell: Cell, repeat: usize) -> Result<Plan, Error> {
-        let name = cell.name(machine.motion());
-        let name = if self.repeat.get() > 1 { format!("{name}_run{repeat}") } else { name };
+    fn motion(&self, machine: &Machine, cell: Cell) -> Result<Motion, Error> {
         let stroke = cell.stroke(machine.motion())?;
         let back = self.back.then_some(Stroke { stroke: -stroke.stroke, feed: stroke.feed });
-        let role = if self.held_out.contains(&cell) { Role::HeldOut } else { Role::Training };
-        let motion = Motion {
+        Ok(Motion {
             strokes: [stroke].into_iter().chain(back).collect(),
             lead_s: self.lead,
             dwell_s: self.dwell,
             ramp_s: machine.description().reference.acceleration_time_s,
-        };
+        })
+    }
+
+    fn plan(&self, machine: &Machine, cell: Cell, repeat: usize) -> Result<Plan, Error> {
+        let name = cell.name(machine.motion());
+        let name = if self.repeat.get() > 1 { format!("{name}_run{repeat}") } else { name };
+        let role = if self.held_out.contains(&cell) { Role::HeldOut } else { Role::Training };
+        let motion = self.motion(machine, cell)?;
         Ok(Plan {
             name,
             cell,

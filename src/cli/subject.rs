@@ -16,9 +16,32 @@ pub(super) fn machine_of(recording: &Recording, named: Option<&PathBuf>) -> Resu
             .expected("a machine folder")
             .remedy("give --machine DIR, or put machine = \"DIR\" at the head of the file"));
     };
+    if named.is_none() && !path.exists() {
+        return Err(Error::new(ErrorKind::Missing)
+            .file(&recording.path)
+            .key("machine")
+            .found(format!("{}, which is not there", path.display()))
+            .expected("a machine folder (with machine.toml) or a machine file")
+            .remedy("correct the path, which is relative to this file, or give --machine DIR"));
+    }
     let machine = Machine::read(path)?;
     check_motion(&machine, recording)?;
+    check_settings(&machine, recording)?;
     Ok(machine)
+}
+
+/// Refuses settings of a run that the machine has no place for, where they stand.
+fn check_settings(machine: &Machine, recording: &Recording) -> Result<(), Error> {
+    for run in recording.runs() {
+        let settings = run.settings.iter().map(|(path, value)| (path.as_str(), value.clone()));
+        if let Err(error) = machine.with_settings(settings) {
+            let keys: Vec<&str> = run.settings.keys().map(String::as_str).collect();
+            let key = format!("{}.set: {}", run.name(), keys.join(", "));
+            let remedy = "correct `set` of this [[run]]: key paths and values as in the machine file";
+            return Err(error.moved_to(&recording.path, key).remedy(remedy));
+        }
+    }
+    Ok(())
 }
 
 /// Refuses a recording of an axis of another kind.

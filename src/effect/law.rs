@@ -3,7 +3,7 @@
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
 use super::{Constants, EffectId, Likeness, Stretch};
-use crate::units::Motion;
+use crate::units::{Motion, SMALLEST, largest};
 use serde::Serialize;
 
 /// A place on the signal path, in hardware order.
@@ -305,15 +305,21 @@ pub(super) const LOAD_UNSEEN: &str = "Nothing sees the load's end of the drive t
 
 /// The sentence for a parameter that must be finite and more than zero.
 pub(super) fn not_positive(name: &str, value: f64) -> Option<String> {
-    (!(value.is_finite() && value > 0.0)).then(|| format!("{name} = {value}, expected more than zero"))
+    let most = largest(name);
+    (!(SMALLEST..=most).contains(&value))
+        .then(|| format!("{name} = {value}, expected more than zero, at most {most:e}"))
 }
 
 /// The sentence for a parameter that must be finite and not negative.
 pub(super) fn negative(name: &str, value: f64) -> Option<String> {
-    (!(value.is_finite() && value >= 0.0)).then(|| format!("{name} = {value}, expected zero or more"))
+    let most = largest(name);
+    (!(0.0..=most).contains(&value))
+        .then(|| format!("{name} = {value}, expected zero or more, at most {most:e}"))
 }
 
 /// The sentence for a parameter that must be finite.
 pub(super) fn infinite(name: &str, value: f64) -> Option<String> {
-    (!value.is_finite()).then(|| format!("{name} = {value}, expected a finite number"))
+    let most = largest(name);
+    (!(-most..=most).contains(&value))
+        .then(|| format!("{name} = {value}, expected a finite number, at most {most:e}"))
 }

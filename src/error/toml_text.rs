@@ -40,9 +40,18 @@ pub(crate) fn refusal(file: &Path, text: &str, error: &toml::de::Error) -> Error
 /// What TOML says, shared out between what was read and what was expected.
 pub(crate) fn explained(error: Error, message: &str) -> Error {
     let message = message.trim().replace('\n', " ");
+    if let Some(name) = message.strip_prefix("missing field ") {
+        return error.found(format!("a table without {name}")).expected(format!("{name} in it"));
+    }
+    if message == "duplicate key" {
+        return error.found("a key or table for the second time").expected("each once");
+    }
+    let message = message
+        .replace("expected i64", "expected a whole number")
+        .replace("expected f64", "expected a number");
     match message.split_once(", expected ") {
         Some((found, expected)) => error.found(found).expected(expected),
-        None => error.found(message),
+        None => error.found(message).expected("a file as README.md describes it"),
     }
 }
 

@@ -8,10 +8,17 @@ use crate::drive::amplifier::Amplifier;
 use crate::drive::motor::Motor;
 use crate::drive::transmission::Transmission;
 use crate::effect::{EffectId, Effects};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::guide::Guide;
 use crate::sensor::{CurrentSensor, Encoder, LoadSensor};
+use crate::units::{SMALLEST, largest};
 use serde::{Deserialize, Serialize};
+
+/// Sample periods of controllers, in s: faster than any drive's current loop, slower than any position loop.
+const SHORTEST_PERIOD_S: f64 = 1e-7;
+const LONGEST_PERIOD_S: f64 = 1.0;
+/// A force attacks within this distance of the moving body's frame, in m.
+const FARTHEST_LINE_M: f64 = 100.0;
 
 /// The content of `machine.toml`: one table per part, in the order of the signal path.
 ///
@@ -26,6 +33,9 @@ pub struct Description {
     /// The driven joint, where the URDF has more than one that moves.
     #[serde(default)]
     pub joint: Option<String>,
+    /// Further joints that could move and are held at zero.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub held_joints: Vec<String>,
     /// Sample period of the controller in s.
     pub sample_period_s: f64,
     /// How references come about and when the controller acts on them.
@@ -116,7 +126,11 @@ impl Description {
     /// # Errors
     /// The first such number, with its key path.
     pub fn check(&self) -> Result<()> {
-        positive("sample_period_s", self.sample_period_s)?;
+        if !(SHORTEST_PERIOD_S..=LONGEST_PERIOD_S).contains(&self.sample_period_s) {
+            let expected =
+                format!("{SHORTEST_PERIOD_S} s to {LONGEST_PERIOD_S} s, as controllers are sampled");
+            return Err(range("sample_period_s", self.sample_period_s, &expected));
+        }
         zero_or_more("reference.acceleration_time_s", self.reference.acceleration_time_s)?;
         zero_or_more("reference.delay_s", self.reference.delay_s)?;
         self.check_controller()?;
@@ -125,7 +139,7 @@ impl Description {
         zero_or_more("encoder.resolution_m", self.encoder.resolution_m)?;
         zero_or_more("encoder.noise_m", self.encoder.noise_m)?;
         if let Some(fault) = self.encoder.velocity.fault() {
-            return Err(Error::new(ErrorKind::OutOfRange).key("encoder.velocity").found(fault));
+            return Err(faulty("encoder.velocity", &fault));
         }
         if let Some(sensor) = &self.load_sensor {
             zero_or_more("load_sensor.resolution_m", sensor.resolution_m)?;
@@ -136,7 +150,7 @@ impl Description {
         self.crosscheck.as_ref().map_or(Ok(()), CrosscheckPlan::check)?;
         self.tune.as_ref().map_or(Ok(()), TunePlan::check)?;
         if let Some((key, fault)) = self.effect.fault() {
-            return Err(Error::new(ErrorKind::OutOfRange).key(key).found(fault));
+            return Err(faulty(&key, &fault));
         }
         match EffectId::ALL
             .iter()
@@ -168,22 +182,24 @@ impl Description {
         match &self.controller {
             None => Ok(()),
             Some(Controller::Pdf(pdf)) => {
-                finite("controller.integral_gain_per_count", pdf.integral_gain_per_count)?;
-                finite("controller.proportional_gain_per_count", pdf.proportional_gain_per_count)?;
+                gain("controller.integral", f64::from(pdf.integral.value()))?;
+                gain("controller.proportional", f64::from(pdf.proportional.value()))?;
+                gain("controller.integral_gain_per_count", pdf.integral_gain_per_count)?;
+                gain("controller.proportional_gain_per_count", pdf.proportional_gain_per_count)?;
                 positive("controller.velocity_units_per_si", pdf.velocity_units_per_si)?;
-                finite("controller.position_gain_per_s", pdf.position_gain_per_s)?;
+                gain("controller.position_gain_per_s", pdf.position_gain_per_s)?;
                 finite("controller.velocity_feedforward", pdf.velocity_feedforward)
             }
             Some(Controller::Cascade(cascade)) => {
-                finite("controller.position_gain_per_s", cascade.position_gain_per_s)?;
-                finite("controller.velocity_gain_v_s_per_m", cascade.velocity_gain_v_s_per_m)?;
-                finite("controller.velocity_integral_per_s", cascade.velocity_integral_per_s)?;
+                gain("controller.position_gain_per_s", cascade.position_gain_per_s)?;
+                gain("controller.velocity_gain_v_s_per_m", cascade.velocity_gain_v_s_per_m)?;
+                gain("controller.velocity_integral_per_s", cascade.velocity_integral_per_s)?;
                 finite("controller.velocity_feedforward", cascade.velocity_feedforward)?;
                 self.check_limit(cascade)
             }
             Some(Controller::Pd(law)) => {
-                finite("controller.position_gain_v_per_m", law.position_gain_v_per_m)?;
-                finite("controller.derivative_gain_v_s_per_m", law.derivative_gain_v_s_per_m)?;
+                gain("controller.position_gain_v_per_m", law.position_gain_v_per_m)?;
+                gain("controller.derivative_gain_v_s_per_m", law.derivative_gain_v_s_per_m)?;
                 finite("controller.velocity_feedforward", law.velocity_feedforward)
             }
         }?;
@@ -237,6 +253,10 @@ impl Description {
         zero_or_more("amplifier.delay_s", self.amplifier.delay_s)?;
         zero_or_more("amplifier.dead_zone_v", self.amplifier.dead_zone_v)?;
         finite("amplifier.offset_v", self.amplifier.offset_v)?;
+        for (place, point) in self.motor.lines_of_action_m().iter().enumerate() {
+            let key = format!("motor.lines_of_action_m.{place}");
+            point.iter().try_for_each(|x| within(&key, *x, f64::NEG_INFINITY, FARTHEST_LINE_M))?;
+        }
         if let Some(pitch) = self.motor.magnet_pitch() {
             positive("motor.magnet_pitch_m", pitch)?;
         }
@@ -270,26 +290,58 @@ impl Description {
     }
 }
 
+/// What a check says in one sentence, shared out: the key of the number at fault, what it is, what it should be.
+fn faulty(table: &str, fault: &str) -> Error {
+    let is_name = |name: &&str| !name.is_empty() && name.chars().all(|c| c.is_alphanumeric() || c == '_');
+    let name = fault.split_once(" = ").map(|(name, _)| name).filter(is_name);
+    let key = name.map_or_else(|| table.to_owned(), |name| format!("{table}.{name}"));
+    toml_text::explained(Error::new(ErrorKind::OutOfRange).key(key), fault).remedy(CORRECT)
+}
+
 fn range(key: &str, value: f64, expected: &str) -> Error {
     let kind = if value.is_finite() { ErrorKind::OutOfRange } else { ErrorKind::NotFinite };
-    Error::new(kind)
-        .key(key)
-        .found(value.to_string())
-        .expected(expected)
-        .remedy("correct the value; every key is in SI units as its name says")
+    Error::new(kind).key(key).found(value.to_string()).expected(expected).remedy(CORRECT)
 }
 
-/// Refuses what is not finite.
+const CORRECT: &str = "correct the value; every key is in SI units as its name says";
+
+/// Refuses what is not finite, or smaller or larger in magnitude than said.
+fn within(key: &str, value: f64, least: f64, largest: f64) -> Result<()> {
+    if value >= least && value.abs() <= largest {
+        return Ok(());
+    }
+    let low = match least {
+        l if l > 0.0 => "more than zero",
+        0.0 => "zero or more",
+        _ => "a finite number",
+    };
+    Err(range(key, value, &format!("{low}, at most {largest:e}")))
+}
+
+/// Refuses what is not finite, or beyond any machine.
 pub(super) fn finite(key: &str, value: f64) -> Result<()> {
-    if value.is_finite() { Ok(()) } else { Err(range(key, value, "a finite number")) }
+    within(key, value, f64::NEG_INFINITY, largest(key))
 }
 
-/// Refuses what is not finite and more than zero.
+/// Refuses what is not finite and more than zero, or beyond any machine.
 pub(super) fn positive(key: &str, value: f64) -> Result<()> {
-    if value.is_finite() && value > 0.0 { Ok(()) } else { Err(range(key, value, "more than zero")) }
+    within(key, value, SMALLEST, largest(key))
 }
 
-/// Refuses what is not finite and zero or more.
+/// Refuses what is not finite and zero or more, or beyond any machine.
 pub(super) fn zero_or_more(key: &str, value: f64) -> Result<()> {
-    if value.is_finite() && value >= 0.0 { Ok(()) } else { Err(range(key, value, "zero or more")) }
+    within(key, value, 0.0, largest(key))
+}
+
+/// Refuses a gain with which the loop would drive the axis away from its reference.
+fn gain(key: &str, value: f64) -> Result<()> {
+    let negative = |error: Error| {
+        match value < 0.0 {
+        true => error.remedy(
+            "a negative gain feeds back with the wrong sign, and the loop is unstable: write the gain without its sign",
+        ),
+        false => error,
+    }
+    };
+    zero_or_more(key, value).map_err(negative)
 }

@@ -9,6 +9,7 @@ mod file_text;
 mod key_path;
 mod plans;
 pub mod provenance;
+mod stated;
 mod tolerance;
 mod write;
 
@@ -18,6 +19,7 @@ pub use provenance::Provenance;
 pub use tolerance::Tolerance;
 
 use crate::base::Modes;
+use crate::confine;
 use crate::drive::motor::{Circuit, Motor};
 use crate::drive::transmission::Transmission;
 use crate::effect::{Constants, Effect, EffectId};
@@ -29,6 +31,8 @@ use crate::units::Motion;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// Bytes of a machine file at most.
+const MOST_BYTES: u64 = 16 << 20;
 /// Bearing sliders A–D.
 const SLIDERS: usize = 4;
 
@@ -54,15 +58,19 @@ impl Machine {
     /// anything wrong with the URDF and its meshes.
     pub fn read(path: &Path) -> Result<Self> {
         let file = if path.is_dir() { path.join("machine.toml") } else { path.to_path_buf() };
-        let text = std::fs::read_to_string(&file).map_err(|e| {
-            Error::io(&file, &e).remedy("give a machine folder (with machine.toml) or a machine file")
-        })?;
+        let text = confine::read_text(&file, MOST_BYTES)
+            .map_err(|e| e.remedy("give a machine folder (with machine.toml) or a machine file"))?;
+        let table: toml::Table = toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
+        stated::check_complete(&table).map_err(|e| e.file(&file))?;
         let description: Description =
             toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
-        let table: toml::Table = toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
         description.check().map_err(|e| e.file(&file))?;
         let folder = file.parent().unwrap_or(Path::new("."));
-        let solid = Solid::import_with_joint(&folder.join(&description.urdf), description.joint.as_deref())?;
+        let urdf = folder.join(&description.urdf);
+        confine::check(&urdf, &[folder]).map_err(|e| e.file(&file).key("urdf"))?;
+        let joint = description.joint.as_deref();
+        let solid = Solid::import_of_machine(&urdf, joint, &description.held_joints, folder)?;
+        stated::check_motion(&table, solid.joint.motion).map_err(|e| e.file(&file))?;
         let machine =
             Self { file, table: Arc::new(table), description: Arc::new(description), solid: Arc::new(solid) };
         machine.check_against_solid()?;
@@ -146,7 +154,16 @@ impl Machine {
                 .expected("one of the two: no plant has a rotor that turns while its base moves")
                 .remedy("leave out [base], or add the rotor's inertia at the joint as effect.payload"));
         }
-        for slider in &self.description.guide.sliders {
+        let sliders = &self.description.guide.sliders;
+        for (place, slider) in sliders.iter().enumerate() {
+            if sliders[..place].contains(slider) {
+                return Err(Error::new(ErrorKind::Inconsistent)
+                    .file(&self.file)
+                    .key("guide.sliders")
+                    .found(format!("the slider `{slider}` twice"))
+                    .expected("each slider once: A to D")
+                    .remedy("name the other slider"));
+            }
             self.solid.link(slider).map_err(|e| e.key(slider.clone()).file(&self.file))?;
         }
         Ok(())

@@ -1,5 +1,6 @@
 //! What commands do with a machine where nothing else is asked; nothing that the twin reads.
 
+use super::description::{finite, positive, zero_or_more};
 use crate::error::{Error, ErrorKind, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -57,7 +58,26 @@ impl CrosscheckPlan {
 
 impl TunePlan {
     pub(super) fn check(&self) -> Result<()> {
-        fault(&self.cells).map_or(Ok(()), |fault| Err(not_a_cell("tune", fault)))
+        fault(&self.cells).map_or(Ok(()), |fault| Err(not_a_cell("tune", fault)))?;
+        self.friction_n.map_or(Ok(()), |friction| zero_or_more("tune.friction_n", friction))?;
+        self.limits.iter().try_for_each(|(key, limit)| finite(&format!("tune.limits.{key}"), *limit))?;
+        self.vary.iter().enumerate().try_for_each(|(place, vary)| vary.check(place))
+    }
+}
+
+impl Vary {
+    fn check(&self, place: usize) -> Result<()> {
+        let key = |name: &str| format!("tune.vary.{place}.{name}");
+        finite(&key("from"), self.from)?;
+        finite(&key("to"), self.to)?;
+        if self.from >= self.to {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .key(key("to"))
+                .found(format!("{} to {}", self.from, self.to))
+                .expected("a range that ends above where it begins")
+                .remedy("correct `from` or `to`"));
+        }
+        self.step.map_or(Ok(()), |step| positive(&key("step"), step))
     }
 }
 

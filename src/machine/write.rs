@@ -4,11 +4,13 @@ use super::Machine;
 use super::file_text::file_text;
 use super::provenance::Provenance;
 use crate::error::{Error, ErrorKind, Result};
-use crate::recording::swap_in;
+use crate::whole::{Build, probe};
 use std::path::{Component, Path, PathBuf};
 
 /// The machine file of a machine folder.
 const FILE_NAME: &str = "machine.toml";
+/// How the names of folders under way begin.
+const PREFIX: &str = ".machine-";
 /// The file with the sources of the numbers, where there is one.
 const README: &str = "README.md";
 
@@ -24,16 +26,8 @@ impl Machine {
     /// system refuses.
     pub fn write(&self, folder: &Path, provenance: Provenance) -> Result<()> {
         Self::check_place(folder)?;
-        let parent = match folder.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        std::fs::create_dir_all(parent).map_err(|e| Error::io(parent, &e))?;
-        let build = tempfile::Builder::new().prefix(".machine-").tempdir_in(parent);
-        let build = build.map_err(|e| Error::io(parent, &e))?;
-        // One level below, because the temporary folder itself is readable by its owner only.
-        let fresh = build.path().join("new");
-        std::fs::create_dir(&fresh).map_err(|e| Error::io(&fresh, &e))?;
+        let build = Build::beside(folder, PREFIX)?;
+        let fresh = build.fresh();
         let (urdf, files) = self.files()?;
         let text = file_text(&self.file, &self.table_with(provenance, &urdf)?)?;
         let machine_file = fresh.join(FILE_NAME);
@@ -41,7 +35,7 @@ impl Machine {
         for (from, to) in files {
             copy(&from, &fresh.join(to))?;
         }
-        swap_in(folder, &fresh, build)
+        build.put(folder, true)
     }
 
     /// Refuses a folder that is not empty, unless an earlier diagnosis wrote the machine in it and nothing else is
@@ -58,14 +52,14 @@ impl Machine {
                 .remedy(remedy))
         };
         if !folder.exists() {
-            return Ok(());
+            return probe(folder, PREFIX);
         }
         if !folder.is_dir() {
             return refuse("a file".to_owned(), "name a folder");
         }
         let there = files_below(folder)?;
         if there.is_empty() {
-            return Ok(());
+            return probe(folder, PREFIX);
         }
         let another = "name another folder: what stands there was not written by a diagnosis";
         if !there.contains(&PathBuf::from(FILE_NAME)) {
@@ -86,7 +80,7 @@ impl Machine {
                 format!("`{}`, which the machine there does not name", foreign.display()),
                 "move it away first: replacing would delete it",
             ),
-            None => Ok(()),
+            None => probe(folder, PREFIX),
         }
     }
 

@@ -9,8 +9,12 @@ use sha2::{Digest, Sha256};
 
 use super::run::hex;
 use super::table::{Columns, no_rows};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, plain};
 
+/// Columns of a table at most.
+const MOST_COLUMNS: usize = 4096;
+/// Characters of a column's name at most.
+const MOST_OF_NAME: usize = 200;
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// A text file in memory, its header understood.
@@ -34,7 +38,7 @@ impl CsvTable {
         let start = header_start(&bytes)?;
         let body = bytes.get(start..).unwrap_or_default();
         let line = body.split(|byte| *byte == b'\n').next().unwrap_or_default();
-        let separator = separator(line);
+        let (separator, is_binary) = (separator(line), line.contains(&0));
         let mut table = Self { path: path.to_path_buf(), start, separator, names: Vec::new(), bytes };
         let mut header = csv::ByteRecord::new();
         let read = table.reader().read_byte_record(&mut header);
@@ -44,7 +48,24 @@ impl CsvTable {
                 .expected("a header line with column names, and rows of numbers")
                 .remedy("take the run out of the recording, or record it again"));
         }
-        table.names = header.iter().map(|field| String::from_utf8_lossy(field).trim().to_owned()).collect();
+        if is_binary {
+            return Err(Error::new(ErrorKind::Syntax)
+                .row(1)
+                .found("a zero byte, as binary files have")
+                .expected("a header line with column names")
+                .remedy("name a CSV file, or a Parquet file with the ending .parquet"));
+        }
+        if header.len() > MOST_COLUMNS {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .row(1)
+                .found(format!("{} columns", header.len()))
+                .expected(format!("at most {MOST_COLUMNS}"))
+                .remedy(
+                    "export the columns of this axis only; a row stands for a sample, a column for a signal",
+                ));
+        }
+        table.names =
+            header.iter().map(|field| plain(String::from_utf8_lossy(field).trim(), MOST_OF_NAME)).collect();
         let is_number = |name: &String| decimal(name.as_bytes(), table.separator).is_some();
         if table.names.iter().all(is_number) {
             return Err(Error::new(ErrorKind::Syntax)

@@ -9,14 +9,27 @@ use super::document::{Document, Step};
 use super::range::TimeRange;
 use super::run::Role;
 use super::spelling;
+use crate::confine;
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::Motion;
 
 /// The name of the file that makes a folder a recording.
 pub(super) const FILE_NAME: &str = "recording.toml";
-/// Environment variable that says where the data of recordings with a `data_folder` are.
-pub(super) const DATA_VARIABLE: &str = "SLIDEWAY_DATA";
+/// Bytes of it at most.
+pub(super) const MOST_BYTES: u64 = 16 << 20;
 
+/// Keys of the head of the file or of a column, which say nothing in a `[[run]]`.
+const MISPLACED: [(&str, &str); 9] = [
+    ("sample_period_s", "the head of the file"),
+    ("motion", "the head of the file"),
+    ("machine", "the head of the file"),
+    ("note", "the head of the file"),
+    ("data_folder", "the head of the file"),
+    ("unit", "a column: position_m = { unit = \"mm\" } in [columns]"),
+    ("scale", "a column: position_m = { scale = -1 } in [columns]"),
+    ("offset", "a column: position_m = { offset = 0.1 } in [columns]"),
+    ("column", "a column: position_m = { column = \"pos\" } in [columns]"),
+];
 const KEYS: [&str; 7] = ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
 const RUN_KEYS: [&str; 8] = ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
 
@@ -87,14 +100,20 @@ impl Manifest {
     }
 }
 
+/// Periods of samples, in s.
+const SHORTEST_PERIOD_S: f64 = 1e-9;
+const LONGEST_PERIOD_S: f64 = 1e3;
+const RANGE: &str = "1e-9 s to 1000 s, such as 250e-6";
+
 fn read_period(document: &Document) -> Result<Option<f64>> {
     let steps = [Step::Key("sample_period_s")];
     let Some(value) = document.values.get("sample_period_s") else { return Ok(None) };
     let expected = "a positive number of seconds, such as 250e-6";
     let period = number(value).ok_or_else(|| document.wrong_type(&steps, value, expected))?;
-    if period.is_finite() && period > 0.0 {
+    if (SHORTEST_PERIOD_S..=LONGEST_PERIOD_S).contains(&period) {
         return Ok(Some(period));
     }
+    let expected = if period > 0.0 && period.is_finite() { RANGE } else { expected };
     Err(document
         .refuse(ErrorKind::OutOfRange, &steps)
         .found(period.to_string())
@@ -150,14 +169,29 @@ fn read_run(
             return Err(document.unknown_key(&[base[0], base[1], Step::Key(name)], name, &RUN_KEYS));
         }
     }
-    let Some(file) = text_at(document, table, &base, "file")? else {
+    if let Some((name, place)) = MISPLACED.into_iter().find(|(name, _)| table.contains_key(*name)) {
+        return Err(document
+            .refuse(ErrorKind::UnknownKey, &[base[0], base[1], Step::Key(name)])
+            .found(format!("`{name}` in a [[run]], where it says nothing"))
+            .expected(format!("`{name}` at {place}"))
+            .remedy("move it there"));
+    }
+    let Some(file) = text_at(document, table, &base, "file")?.filter(|file| !file.is_empty()) else {
         return Err(document
             .refuse(ErrorKind::Missing, &base)
-            .found("a [[run]] without `file`")
+            .found("a [[run]] that names no file")
             .expected("the CSV or Parquet file of the run")
             .remedy("add `file = \"…\"`"));
     };
     let path = data_folder.join(file);
+    let folder = document.path.parent().unwrap_or(Path::new(""));
+    // A data folder that the file itself states leads where the file says, but not from anywhere to anywhere.
+    let folders = if data_folder.is_relative() || data_folder.starts_with(folder) {
+        vec![folder, data_folder]
+    } else {
+        vec![folder]
+    };
+    confine::check(&path, &folders).map_err(|error| relocated(document, &at("file"), &error))?;
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = text_at(document, table, &base, "name")?.map(str::to_owned).or(stem).unwrap_or_default();
     let role = match text_at(document, table, &base, "role")? {
@@ -182,6 +216,13 @@ fn read_run(
     let extra_columns = read_extra_columns(document, &at("extra_columns"), table)?;
     let range = TimeRange::read(document, &base, table)?;
     Ok(RunEntry { index, name, file: path, role, settings, metadata, columns, extra_columns, range })
+}
+
+/// A refusal with file, line and key of the place that caused it.
+fn relocated(document: &Document, steps: &[Step<'_>], error: &Error) -> Error {
+    let place = document.refuse(error.kind(), steps);
+    let error = error.clone().file(&document.path).key(place.key_name().unwrap_or_default());
+    place.row_number().map_or(error.clone(), |row| error.row(row))
 }
 
 fn read_extra_columns(document: &Document, steps: &[Step<'_>], table: &toml::Table) -> Result<Vec<String>> {

@@ -35,6 +35,7 @@
 mod columns;
 mod csv_table;
 mod document;
+mod likely;
 mod manifest;
 mod parquet_table;
 mod plausibility;
@@ -43,6 +44,7 @@ mod read;
 mod resolve;
 mod run;
 mod session;
+mod shared;
 mod signal;
 mod spelling;
 mod split;
@@ -61,7 +63,6 @@ pub use session::{BEGIN_KEY, one_after_another};
 pub use signal::{Signal, TIME_KEY};
 pub use split::{HeldOutRuns, SplitRule, TrainingRuns};
 pub use timing::{PeriodSource, Timing};
-pub(crate) use write::swap_in;
 pub use write::{Existing, Format};
 
 use crate::error::{Error, ErrorKind, Result};

@@ -18,7 +18,7 @@ use parquet::file::properties::WriterProperties;
 
 use super::run::file_sha256;
 use super::table::{Columns, no_rows};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, plain};
 
 /// A Parquet file whose schema has been read.
 #[derive(Debug)]
@@ -33,7 +33,7 @@ impl ParquetTable {
         let file = File::open(path).map_err(|error| Error::io(path, &error))?;
         let metadata = ArrowReaderMetadata::load(&file, Default::default())
             .map_err(|error| unreadable(&error).file(path))?;
-        let names = metadata.schema().fields().iter().map(|field| field.name().clone()).collect();
+        let names = metadata.schema().fields().iter().map(|field| plain(field.name(), 200)).collect();
         Ok(Self { path: path.to_path_buf(), metadata, names })
     }
 

@@ -9,13 +9,15 @@ use sha2::{Digest, Sha256};
 use super::Recording;
 use super::columns::Conversion;
 use super::document::Document;
-use super::manifest::{DATA_VARIABLE, FILE_NAME, Manifest, RunEntry};
+use super::likely;
+use super::manifest::{FILE_NAME, MOST_BYTES, Manifest, RunEntry};
 use super::plausibility::plausibility;
 use super::resolve::resolve;
 use super::run::{Run, check_measured, hex};
 use super::signal::{Signal, TIME_KEY};
 use super::table::Table;
 use super::timing::Timing;
+use crate::confine::{self, DATA_VARIABLE};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion};
 
@@ -62,6 +64,9 @@ pub(super) fn recording(path: &Path, content: Content) -> Result<Recording> {
             return Err(Error::from(finding).file(&run.file));
         }
     }
+    if content == Content::Measured {
+        likely::check(recording.runs())?;
+    }
     recording.manifest_sha256 = manifest.document.sha256();
     recording.path.clone_from(&manifest.document.path);
     recording.note = manifest.note;
@@ -89,14 +94,7 @@ fn manifest_path(path: &Path) -> Result<PathBuf> {
 impl Manifest {
     /// Reads and checks a `recording.toml`.
     pub(super) fn load(path: &Path, data_variable: Option<std::ffi::OsString>) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
-        let text = String::from_utf8(bytes).map_err(|error| {
-            Error::new(ErrorKind::Syntax)
-                .file(path)
-                .found(error.utf8_error().to_string())
-                .expected("UTF-8 text")
-                .remedy("save the file as UTF-8")
-        })?;
+        let text = confine::read_text(path, MOST_BYTES)?;
         Self::new(Document::parse(path, text)?, data_variable)
     }
 }
@@ -197,6 +195,8 @@ impl Reading {
         for ((signal, (key, source)), mut samples) in resolved.signals.iter().zip(columns.values) {
             source.convert(&mut samples);
             let dimension = signal.dimension(resolved.motion.unwrap_or(Motion::Prismatic));
+            likely::check_size(&samples, dimension, columns.first_row)
+                .map_err(|error| error.key(source.column.clone()))?;
             conversions.push(Conversion::new(key, dimension, source, &entry.name));
             signals.insert(*signal, samples);
         }

@@ -42,7 +42,13 @@ impl Table {
         if !path.is_file() {
             return Err(Error::new(ErrorKind::Missing)
                 .file(path)
-                .found("no such file")
+                .found(if path.is_dir() {
+                    "a folder"
+                } else if path.exists() {
+                    "a device or pipe"
+                } else {
+                    "no such file"
+                })
                 .expected("the CSV or Parquet file of a run")
                 .remedy(
                     "correct `file` in its [[run]]: it is relative to the TOML file, or to its data_folder, \

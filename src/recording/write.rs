@@ -8,6 +8,10 @@ use super::run::Run;
 use super::signal::TIME_KEY;
 use super::{Recording, parquet_table};
 use crate::error::{Error, ErrorKind, Result};
+use crate::whole::{Build, probe};
+
+/// How the names of folders under way begin.
+const PREFIX: &str = ".recording-";
 
 /// The file format of the runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,25 +51,24 @@ impl Recording {
     pub fn write(&self, folder: impl AsRef<Path>, format: Format, existing: Existing) -> Result<()> {
         let folder = folder.as_ref();
         check_place(folder, existing)?;
-        let parent = match folder.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        std::fs::create_dir_all(parent).map_err(|error| Error::io(parent, &error))?;
-        let build = tempfile::Builder::new()
-            .prefix(".recording-")
-            .tempdir_in(parent)
-            .map_err(|error| Error::io(parent, &error))?;
-        // One level below, because the temporary folder itself is readable by its owner only.
-        let fresh = build.path().join("new");
-        std::fs::create_dir(&fresh).map_err(|error| Error::io(&fresh, &error))?;
+        let build = Build::beside(folder, PREFIX)?;
+        let fresh = build.fresh();
         for run in &self.runs {
             write_run(run, &fresh.join(file_name(run, format)), format)?;
         }
         let manifest = fresh.join(FILE_NAME);
         std::fs::write(&manifest, self.manifest_text(folder, format)?)
             .map_err(|error| Error::io(&manifest, &error))?;
-        swap_in(folder, &fresh, build)
+        build.put(folder, existing == Existing::Replace)
+    }
+
+    /// Makes sure that a recording can be written there, before the work for it begins.
+    ///
+    /// # Errors
+    /// As [`Recording::write`].
+    pub fn check_place(folder: impl AsRef<Path>, existing: Existing) -> Result<()> {
+        check_place(folder.as_ref(), existing)?;
+        probe(folder.as_ref(), PREFIX)
     }
 
     fn manifest_text(&self, folder: &Path, format: Format) -> Result<String> {
@@ -158,6 +161,9 @@ fn check_place(folder: &Path, existing: Existing) -> Result<()> {
             .expected("a new or empty folder")
             .remedy(remedy))
     };
+    if folder.as_os_str().is_empty() {
+        return refuse("an empty path".to_owned(), "name a folder");
+    }
     if !folder.exists() {
         return Ok(());
     }
@@ -195,24 +201,6 @@ fn own_files(folder: &Path) -> Result<Vec<String>> {
     let here = manifest.runs.iter().filter(|run| run.file.parent() == Some(folder));
     let names = here.filter_map(|run| Some(run.file.file_name()?.to_string_lossy().into_owned()));
     Ok(names.chain([FILE_NAME.to_owned()]).collect())
-}
-
-/// Moves the finished folder into place; what stood there is put back if that fails.
-pub(crate) fn swap_in(folder: &Path, fresh: &Path, build: tempfile::TempDir) -> Result<()> {
-    let old = &build.path().join("old");
-    let failed = |error: std::io::Error| Error::io(folder, &error);
-    let stood = folder.exists();
-    if stood {
-        std::fs::rename(folder, old).map_err(failed)?;
-    }
-    let Err(error) = std::fs::rename(fresh, folder) else { return Ok(()) };
-    if stood && std::fs::rename(old, folder).is_err() {
-        let kept = build.keep();
-        return Err(
-            failed(error).remedy(format!("the former folder is kept in {}", kept.join("old").display()))
-        );
-    }
-    Err(failed(error))
 }
 
 /// The way from a folder to a path, so that both can be moved together.

@@ -158,11 +158,13 @@ impl Commands {
         sensing: Sensing,
         each: impl FnMut(usize),
     ) -> Result<Traces> {
-        match plant {
+        let traces = match plant {
             PlantChoice::Rapier => self.walk(machine, Rig::new(machine)?, sensing, STOOD_S, each),
             PlantChoice::Axis => self.walk(machine, Axis::of(&machine.constants()), sensing, STOOD_S, each),
             PlantChoice::Mujoco => self.walk(machine, MujocoRig::new(machine)?, sensing, STOOD_S, each),
-        }
+        }?;
+        traces.check_finite(machine)?;
+        Ok(traces)
     }
 
     /// The same on a plant of the caller's, after so long a standstill in closed loop.

@@ -32,10 +32,12 @@ pub use ladder::Ladder;
 pub use published::Published;
 pub use recorded::Recorded;
 use simulation::check_travel;
-pub use simulation::{PlantChoice, planned_reference, run_seed, simulate};
+pub use simulation::{PlantChoice, check_samples, planned_reference, run_seed, simulate};
 pub use stroke::{Motion, Stroke};
 pub use together::run_together;
 
+use crate::error::{Error, ErrorKind, Result};
+use crate::machine::Machine;
 use crate::plant::Plant;
 use crate::recording::Signal;
 use crate::twin::{Command, Sample, Twin};
@@ -109,6 +111,30 @@ impl Traces {
     /// Number of samples.
     pub fn len(&self) -> usize {
         self.position.len()
+    }
+
+    /// Refuses the traces of a simulation that ran away.
+    ///
+    /// # Errors
+    /// The first number that is not finite, with the machine's file.
+    pub fn check_finite(&self, machine: &Machine) -> Result<()> {
+        let signals = [
+            (Signal::Position, &self.position),
+            (Signal::ControlEffort, &self.effort_v),
+            (Signal::Current, &self.current),
+            (Signal::Thrust, &self.thrust),
+        ];
+        let wrong = |samples: &Vec<f64>| samples.iter().position(|sample| !sample.is_finite());
+        let first = signals.iter().filter_map(|(signal, samples)| Some((wrong(samples)?, signal))).min();
+        let Some((sample, signal)) = first else { return Ok(()) };
+        Err(Error::new(ErrorKind::OutOfRange)
+            .file(machine.file())
+            .found(format!(
+                "numbers with which the simulation runs away: {} is no finite number from sample {sample} on",
+                signal.key(machine.motion())
+            ))
+            .expected("a machine that can be simulated")
+            .remedy("correct what is too large or too small in it, gains first, or what was set on the command line"))
     }
 
     /// Whether there are none.

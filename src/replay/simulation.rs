@@ -64,17 +64,28 @@ pub fn planned_reference(machine: &Machine, motion: &super::Motion) -> Result<Ve
         })
         .collect();
     check_travel(machine, &reached)?;
+    check_samples(machine, motion, 1)?;
+    Ok(motion.reference(machine.description().sample_period_s))
+}
+
+/// Refuses so many runs of a motion that would take more than 10⁸ samples together.
+///
+/// # Errors
+/// As said.
+pub fn check_samples(machine: &Machine, motion: &super::Motion, runs: usize) -> Result<()> {
     let period_s = machine.description().sample_period_s;
     let of_stroke = |stroke: &super::Stroke| stroke.duration_s(motion.ramp_s) + motion.dwell_s;
     let duration_s = motion.lead_s + motion.strokes.iter().map(of_stroke).sum::<f64>();
-    if duration_s / period_s <= MOST_SAMPLES {
-        return Ok(motion.reference(period_s));
+    let samples = duration_s / period_s * runs as f64;
+    if samples <= MOST_SAMPLES {
+        return Ok(());
     }
+    let each = if runs > 1 { format!("{runs} motions") } else { "a motion".to_owned() };
     Err(Error::new(ErrorKind::OutOfRange)
         .key("cell")
-        .found(format!("a motion of {duration_s:.3e} s, {:.1e} samples", duration_s / period_s))
+        .found(format!("{each} of {duration_s:.3e} s, {samples:.1e} samples"))
         .expected(format!("at most {MOST_SAMPLES:.0e} samples"))
-        .remedy("ask for a higher feed or a shorter standstill"))
+        .remedy("ask for a higher feed, a shorter standstill, or fewer runs"))
 }
 
 /// Refuses a reference beyond the joint's limits.

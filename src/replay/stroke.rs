@@ -2,6 +2,12 @@
 
 use crate::error::{Error, ErrorKind, Result};
 
+/// Strokes and feeds that some axis could make, in m and m/s, or rad and rad/s.
+const SHORTEST: f64 = 1e-15;
+const LONGEST: f64 = 1e5;
+const SLOWEST: f64 = 1e-15;
+const FASTEST: f64 = 1e5;
+
 /// One stroke: a distance at a feed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stroke {
@@ -31,14 +37,16 @@ impl Stroke {
     /// # Errors
     /// A stroke of zero, a feed of zero or less, or anything not finite.
     pub fn new(stroke: f64, feed: f64) -> Result<Self> {
-        let right = stroke.is_finite() && stroke != 0.0 && feed.is_finite() && feed > 0.0;
+        let right = (SHORTEST..=LONGEST).contains(&stroke.abs()) && (SLOWEST..=FASTEST).contains(&feed);
         if right {
             return Ok(Self { stroke, feed });
         }
         Err(Error::new(ErrorKind::OutOfRange)
             .key("stroke")
             .found(format!("a stroke of {stroke} at a feed of {feed}"))
-            .expected("a stroke that is not zero at a feed above zero")
+            .expected(format!(
+                "a stroke that is not zero, up to {LONGEST:e} m or rad, at a feed above zero, up to {FASTEST:e} m/s or rad/s"
+            ))
             .remedy("write STROKE@FEED in m and m/min, for instance 0.02@8"))
     }
 

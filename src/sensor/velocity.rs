@@ -5,6 +5,8 @@ use std::f64::consts::PI;
 use nalgebra::Complex;
 use serde::{Deserialize, Serialize};
 
+use crate::units::largest;
+
 /// How velocity is estimated from the readings `x[k]`, `x[k−1]`, ….
 ///
 /// # Model
@@ -74,7 +76,7 @@ impl VelocityEstimate {
     pub fn fault(&self) -> Option<String> {
         match self {
             Self::SmoothedDifference { time_constant_s } | Self::Taps { time_constant_s, .. }
-                if time_constant_s.is_nan() || *time_constant_s < 0.0 =>
+                if !(0.0..=largest("time_constant_s")).contains(time_constant_s) =>
             {
                 Some(format!("time_constant_s = {time_constant_s}, expected zero or more"))
             }

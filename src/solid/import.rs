@@ -11,7 +11,8 @@ use nalgebra::{Isometry3, Matrix3, Unit, Vector3};
 use urdf_rs::JointType;
 
 use super::tree::{PlacedLink, Tree, isometry};
-use super::{Body, Geometry, Joint, Link, MassProperties, Mesh, Shape, Solid};
+use super::{Body, Driven, Geometry, Joint, Link, MassProperties, Mesh, Shape, Solid, xml};
+use crate::confine;
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::Motion;
 
@@ -20,20 +21,27 @@ const LOWEST_DENSITY_KG_PER_M3: f64 = 0.01;
 /// The same for a mesh drawn in m and scaled as if in mm.
 const HIGHEST_DENSITY_KG_PER_M3: f64 = 1e10;
 
-pub(super) fn import(urdf_path: &Path, joint: Option<&str>) -> Result<Solid> {
-    let text = std::fs::read_to_string(urdf_path).map_err(|e| Error::io(urdf_path, &e))?;
-    import_text(urdf_path, &text, joint).map_err(|e| e.file(urdf_path))
+/// Bytes of a URDF at most.
+const MOST_BYTES: u64 = 64 << 20;
+
+pub(super) fn import(urdf_path: &Path, driven: &Driven<'_>) -> Result<Solid> {
+    let text = confine::read_text(urdf_path, MOST_BYTES)?;
+    import_text(urdf_path, &text, driven).map_err(|e| e.file(urdf_path))
 }
 
-fn import_text(urdf_path: &Path, text: &str, joint: Option<&str>) -> Result<Solid> {
+fn import_text(urdf_path: &Path, text: &str, driven: &Driven<'_>) -> Result<Solid> {
+    xml::check(text)?;
     let robot = urdf_rs::read_from_string(text).map_err(|e| {
         Error::new(ErrorKind::Syntax)
             .found(e.to_string())
-            .expected("a URDF <robot> of links and joints")
-            .remedy("correct the XML")
+            .expected("a URDF <robot> of links and joints, each with a name and what the format asks for")
+            .remedy("compare with the specification of URDF, or export it again")
     })?;
     let tree = Tree::new(&robot)?;
-    let moving_joint = tree.moving_joint(joint)?;
+    let moving_joint = tree.moving_joint(driven.joint)?;
+    if let Some(held) = driven.held {
+        tree.check_held(&moving_joint.name, held)?;
+    }
     let base_links = tree.base_links(&moving_joint.name)?;
     let parent_pose = base_links
         .iter()
@@ -45,7 +53,7 @@ fn import_text(urdf_path: &Path, text: &str, joint: Option<&str>) -> Result<Soli
                 .expected("a joint whose parent is on the base's side")
         })?;
     let joint = read_joint(moving_joint, parent_pose, text)?;
-    let mut reader = LinkReader::new(urdf_path);
+    let mut reader = LinkReader::new(urdf_path, driven.folder);
     let base = Body::from_links(reader.links(&base_links)?);
     let moving = Body::from_links(reader.links(&tree.moving_links(&moving_joint.child.link)?)?);
     Ok(Solid { name: robot.name.clone(), path: urdf_path.to_path_buf(), base, moving, joint })
@@ -135,12 +143,15 @@ fn declares_axis(text: &str, joint: &str) -> bool {
 /// Reads links; a mesh that several of them name is read and checked once.
 struct LinkReader<'a> {
     urdf_path: &'a Path,
+    /// The folder that meshes are in.
+    folder: &'a Path,
     meshes: HashMap<(PathBuf, [u64; 3]), Arc<Mesh>>,
 }
 
 impl<'a> LinkReader<'a> {
-    fn new(urdf_path: &'a Path) -> Self {
-        Self { urdf_path, meshes: HashMap::new() }
+    fn new(urdf_path: &'a Path, folder: Option<&'a Path>) -> Self {
+        let own = urdf_path.parent().unwrap_or(Path::new(""));
+        Self { urdf_path, folder: folder.unwrap_or(own), meshes: HashMap::new() }
     }
 
     fn links(&mut self, placed: &[PlacedLink<'_>]) -> Result<Vec<Link>> {
@@ -206,6 +217,11 @@ impl<'a> LinkReader<'a> {
 
     fn mesh(&mut self, filename: &str, scale: Vector3<f64>) -> Result<Shape> {
         let path = mesh_path(self.urdf_path, filename)?;
+        // The folder above holds the packages that meshes of one are looked for in.
+        let above = self.folder.join("..");
+        let is_package = filename.starts_with("package://");
+        let folders = if is_package { vec![self.folder, &above] } else { vec![self.folder] };
+        confine::check(&path, &folders).map_err(|e| e.file(self.urdf_path))?;
         let key = (path.clone(), [scale.x, scale.y, scale.z].map(f64::to_bits));
         if let Some(mesh) = self.meshes.get(&key) {
             return Ok(Shape::Mesh { path, mesh: Arc::clone(mesh) });
@@ -232,9 +248,12 @@ pub(super) fn mesh_path(urdf_path: &Path, filename: &str) -> Result<PathBuf> {
     if let Some(path) = candidates.iter().find(|path| path.is_file()) {
         return Ok(path.clone());
     }
-    let error = Error::new(ErrorKind::Missing)
-        .file(urdf_path)
-        .found(format!("mesh \"{filename}\", which does not exist"));
+    let error = Error::new(ErrorKind::Missing).file(urdf_path).found(match &candidates[0] {
+        _ if filename.is_empty() => "a <mesh> without a file".to_owned(),
+        path if path.is_dir() => format!("mesh \"{filename}\", which is a folder"),
+        path if path.exists() => format!("mesh \"{filename}\", which is a device or pipe"),
+        _ => format!("mesh \"{filename}\", which does not exist"),
+    });
     Err(if written {
         error
             .expected("the file in the URDF's folder or the one above (packages are not searched for)")

@@ -5,6 +5,10 @@ use nalgebra::{Isometry3, Matrix3, Vector3};
 use super::mesh::Mesh;
 use crate::error::{Error, ErrorKind, Result};
 
+/// Heavier than any machine, in kg and kg·m².
+const HEAVIEST: f64 = 1e9;
+/// Lighter than any part, in kg.
+const LIGHTEST_KG: f64 = 1e-9;
 /// Slack of the physical checks relative to the tensor's trace: thin plates meet the triangle
 /// inequality with equality, and files print some six to nine digits.
 const INERTIA_SLACK: f64 = 1e-6;
@@ -134,6 +138,17 @@ impl MassProperties {
                 .found("an inertial with NaN or infinity")
                 .expected("finite mass, centre and inertia")
                 .remedy("correct the <inertial> of this link"));
+        }
+        let largest = self.mass_kg.abs().max(self.inertia_kg_m2.amax());
+        if largest > HEAVIEST || self.mass_kg.abs() < LIGHTEST_KG {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .found(format!(
+                    "mass {} kg, moments up to {:e} kg·m²",
+                    self.mass_kg,
+                    self.inertia_kg_m2.amax()
+                ))
+                .expected(format!("a mass from {LIGHTEST_KG:e} kg, and at most {HEAVIEST:e} kg and kg·m²"))
+                .remedy("correct the <inertial> of this link: kg and kg·m²"));
         }
         if self.mass_kg <= 0.0 {
             return Err(Error::new(ErrorKind::OutOfRange)

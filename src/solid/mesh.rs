@@ -2,17 +2,26 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufReader, Read as _, Seek as _};
 use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 
+use crate::confine;
 use crate::error::{Error, ErrorKind, Result};
 
 /// Largest extent of a machine part, in m; a mesh beyond it was most likely drawn in mm.
 const LARGEST_PART_M: f64 = 50.0;
 /// Smallest overall extent of a machine part, in m; a mesh below it was most likely scaled twice.
 const SMALLEST_PART_M: f64 = 1e-4;
+
+/// Farther from its origin no part is drawn, in m.
+const FARTHEST_M: f64 = 1e3;
+/// Bytes of a mesh at most.
+const MOST_BYTES: u64 = 1 << 30;
+/// Bytes of a binary STL before its triangles, and of each.
+const STL_HEAD: u64 = 84;
+const STL_TRIANGLE: u64 = 50;
 
 /// A triangle mesh. Vertices in m; triangles list their corners counter-clockwise seen from outside.
 ///
@@ -37,6 +46,7 @@ impl Mesh {
     /// # Errors
     /// A missing or malformed file, an unknown extension, no triangle, a coordinate that is not finite.
     pub fn read(path: &Path, scale: Vector3<f64>) -> Result<Self> {
+        confine::check_regular(path, MOST_BYTES)?;
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         let mesh = match extension.as_str() {
             "obj" => read_obj(path)?,
@@ -220,6 +230,12 @@ impl Mesh {
     pub fn check_size(&self) -> Result<()> {
         let (low, high) = self.bounds();
         let extent = (high - low).max();
+        if low.coords.amax().max(high.coords.amax()) > FARTHEST_M {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .found(format!("vertices from {} to {} m", point_text(&low), point_text(&high)))
+                .expected(format!("at most {FARTHEST_M} m from the origin"))
+                .remedy("export the mesh again, in its part's frame and in m"));
+        }
         if extent > LARGEST_PART_M {
             return Err(Error::new(ErrorKind::Unit)
                 .found(format!("a mesh {extent:.4} m long"))
@@ -241,15 +257,18 @@ fn point_text(p: &Point3<f64>) -> String {
 }
 
 fn read_obj(path: &Path) -> Result<Mesh> {
-    File::open(path).map_err(|e| Error::io(path, &e))?;
+    let file = File::open(path).map_err(|e| Error::io(path, &e))?;
     let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
-    let (models, _materials) = tobj::load_obj(path, &options).map_err(|e| {
-        Error::new(ErrorKind::Syntax)
-            .file(path)
-            .found(e.to_string())
-            .expected("an OBJ file of vertices and faces")
-            .remedy("export the mesh again")
-    })?;
+    // Materials are of no use here, and their files anywhere.
+    let none = |_: &Path| Ok((Vec::new(), Default::default()));
+    let (models, _materials) =
+        tobj::load_obj_buf(&mut BufReader::new(file), &options, none).map_err(|e| {
+            Error::new(ErrorKind::Syntax)
+                .file(path)
+                .found(e.to_string())
+                .expected("an OBJ file of vertices and faces")
+                .remedy("export the mesh again")
+        })?;
     let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::new() };
     for model in models {
         let offset = mesh.vertices.len() as u32;
@@ -261,15 +280,44 @@ fn read_obj(path: &Path) -> Result<Mesh> {
     Ok(if mesh.open_edges().is_empty() { mesh } else { mesh.welded() })
 }
 
+/// Refuses a binary STL that is shorter than the triangles that its head counts.
+fn check_stl_length(path: &Path, mut file: &File) -> Result<()> {
+    let told = |e: std::io::Error| Error::io(path, &e);
+    let length = file.metadata().map_err(told)?.len();
+    let mut head = Vec::new();
+    file.take(STL_HEAD).read_to_end(&mut head).map_err(told)?;
+    file.rewind().map_err(told)?;
+    if head.starts_with(b"solid") {
+        return Ok(());
+    }
+    let counted = head.get(80..84).and_then(|count| Some(u32::from_le_bytes(count.try_into().ok()?)));
+    let needed = counted.map_or(STL_HEAD, |count| STL_HEAD + u64::from(count) * STL_TRIANGLE);
+    if length >= needed {
+        return Ok(());
+    }
+    let found = match counted {
+        Some(count) => format!("{length} bytes, and {count} triangles counted at their head"),
+        None => format!("{length} bytes"),
+    };
+    Err(Error::new(ErrorKind::Syntax)
+        .file(path)
+        .found(found)
+        .expected(format!("a binary STL of {needed} bytes, or a text that begins with `solid`"))
+        .remedy("the file was cut off, or is no STL: export the mesh again"))
+}
+
 fn read_stl(path: &Path) -> Result<Mesh> {
     let file = File::open(path).map_err(|e| Error::io(path, &e))?;
-    let malformed = |e: &dyn std::fmt::Display| {
+    let malformed = |e: &std::io::Error| {
+        let cut = e.kind() == std::io::ErrorKind::UnexpectedEof;
+        let found = if cut { "the end of the file inside a triangle".to_owned() } else { e.to_string() };
         Error::new(ErrorKind::Syntax)
             .file(path)
-            .found(e.to_string())
+            .found(found)
             .expected("a binary or text STL file")
             .remedy("export the mesh again")
     };
+    check_stl_length(path, &file)?;
     let mut reader = BufReader::new(file);
     let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::new() };
     for triangle in stl_io::create_stl_reader(&mut reader).map_err(|e| malformed(&e))? {

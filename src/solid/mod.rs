@@ -12,6 +12,7 @@ pub mod mass;
 pub mod mesh;
 mod tree;
 mod weight;
+mod xml;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -153,6 +154,15 @@ pub enum Side {
     Moving,
 }
 
+/// What of a URDF is imported.
+struct Driven<'a> {
+    joint: Option<&'a str>,
+    /// Further joints that could move and are held at zero; any where not stated.
+    held: Option<&'a [String]>,
+    /// The folder that meshes are in; the URDF's where not stated.
+    folder: Option<&'a Path>,
+}
+
 impl Solid {
     /// Imports a URDF with exactly one joint that is not fixed.
     ///
@@ -174,7 +184,20 @@ impl Solid {
     /// a link without `<inertial>` or with one that no real body has; a missing, open, inward or
     /// implausibly sized mesh.
     pub fn import_with_joint(urdf_path: &Path, joint: Option<&str>) -> Result<Self> {
-        import::import(urdf_path, joint)
+        import::import(urdf_path, &Driven { joint, held: None, folder: None })
+    }
+
+    /// The same for a machine in `folder`, out of which no mesh leads. Other joints that could move must be among `held`.
+    ///
+    /// # Errors
+    /// As [`Solid::import_with_joint`]; a second joint that could move; a mesh outside the folder.
+    pub fn import_of_machine(
+        urdf_path: &Path,
+        joint: Option<&str>,
+        held: &[String],
+        folder: &Path,
+    ) -> Result<Self> {
+        import::import(urdf_path, &Driven { joint, held: Some(held), folder: Some(folder) })
     }
 
     /// What an effort along the joint accelerates: mass in kg if prismatic; moment of inertia about the

@@ -7,6 +7,11 @@ use urdf_rs::{JointType, Robot};
 
 use crate::error::{Error, ErrorKind, Result};
 
+/// Farther than this no part of a machine stands from another, in m.
+const FARTHEST_M: f64 = 1e3;
+/// Larger than this no angle is stated, in rad: degrees of many turns.
+const LARGEST_RAD: f64 = 1e4;
+
 /// A checked tree: one root, every link reached exactly once.
 pub(super) struct Tree<'a> {
     robot: &'a Robot,
@@ -93,6 +98,32 @@ impl<'a> Tree<'a> {
         }
     }
 
+    /// Refuses joints that could move besides the driven one, unless the machine says that they are held.
+    pub(super) fn check_held(&self, driven: &str, held: &[String]) -> Result<()> {
+        let names: Vec<&str> = self.robot.joints.iter().map(|joint| joint.name.as_str()).collect();
+        if let Some(unknown) = held.iter().find(|name| !names.contains(&name.as_str())) {
+            return Err(Error::new(ErrorKind::Missing)
+                .key(unknown)
+                .found("no joint of that name, which held_joints of the machine file has")
+                .expected(format!("one of {}", names.join(", ")))
+                .remedy("correct held_joints"));
+        }
+        let is_free = |joint: &&urdf_rs::Joint| {
+            joint.joint_type != JointType::Fixed && joint.name != driven && !held.contains(&joint.name)
+        };
+        match self.robot.joints.iter().find(is_free) {
+            None => Ok(()),
+            Some(free) => Err(Error::new(ErrorKind::Inconsistent)
+                .key(&free.name)
+                .found(format!("a second joint that moves, beside the driven one, {driven}"))
+                .expected("fixed joints besides the driven one")
+                .remedy(format!(
+                    "make it fixed, or hold it at zero: held_joints = [\"{}\"] at the head of the machine file",
+                    free.name
+                ))),
+        }
+    }
+
     /// Links of the base body: all that is reached from the root without `moving`.
     pub(super) fn base_links(&self, moving: &str) -> Result<Vec<PlacedLink<'a>>> {
         self.walk(self.root, Some(moving))
@@ -127,6 +158,13 @@ pub(super) fn isometry(pose: &urdf_rs::Pose, key: &str) -> Result<Isometry3<f64>
             .found(format!("origin xyz {:?} rpy {:?}", pose.xyz.0, pose.rpy.0))
             .expected("finite numbers")
             .remedy("correct this <origin>"));
+    }
+    if pose.xyz.iter().any(|x| x.abs() > FARTHEST_M) || pose.rpy.iter().any(|x| x.abs() > LARGEST_RAD) {
+        return Err(Error::new(ErrorKind::OutOfRange)
+            .key(key)
+            .found(format!("origin xyz {:?} rpy {:?}", pose.xyz.0, pose.rpy.0))
+            .expected(format!("at most {FARTHEST_M} m and {LARGEST_RAD} rad"))
+            .remedy("correct this <origin>: lengths in m, angles in rad"));
     }
     let [roll, pitch, yaw] = pose.rpy.0;
     let translation = Translation3::from(Vector3::from(pose.xyz.0));

@@ -10,7 +10,6 @@ use crate::error::{Error, ErrorKind, Result, toml_text};
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 /// Schema of `trial.toml`.
@@ -188,22 +187,9 @@ pub fn sha256(bytes: &[u8]) -> String {
     Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-/// Writes under a temporary name in the same folder, then renames; makes the folder.
+/// Writes a file whole or not at all; makes its folder.
 pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().filter(|f| !f.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let told = |error: &std::io::Error| {
-        Error::io(path, error)
-            .expected("a file that can be written")
-            .remedy("check the folder and its permissions")
-    };
-    std::fs::create_dir_all(folder).map_err(|error| told(&error))?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".slideway-");
-    // Temporary files are for their owner only; this one becomes a file like any other.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder).map_err(|error| told(&error))?;
-    file.write_all(bytes).map_err(|error| told(&error))?;
-    file.persist(path).map_err(|error| told(&error.error))?;
-    Ok(())
+    std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error).expected("a folder"))?;
+    crate::whole::write(path, bytes)
 }

@@ -62,6 +62,9 @@ pub fn forge(order: &Order, progress: &Progress) -> Result<Trial> {
             .expected("the table [controller]: forged machines follow strokes in closed loop")
             .remedy("state the control law"));
     }
+    std::fs::create_dir_all(order.folder)
+        .map_err(|error| Error::io(order.folder, &error).expected("a folder"))?;
+    let _lock = crate::whole::lock(order.folder)?;
     let logged = logged(machine);
     let (effects, mut skipped) = forgeable(machine);
     let equal = |a: EffectId, b: EffectId| equals(a, machine, &logged).contains(&b);
@@ -114,7 +117,8 @@ fn check_place(order: &Order) -> Result<()> {
     }
     let entries = std::fs::read_dir(folder).map_err(|error| Error::io(folder, &error))?;
     // A seal without announcement is what a kill between the two leaves; it is drawn again, the same.
-    let foreign = entries.flatten().any(|entry| entry.file_name() != "sealed");
+    let foreign =
+        entries.flatten().any(|entry| entry.file_name() != "sealed" && entry.file_name() != ".lock");
     if foreign { refuse("a folder with files in it that is no trial") } else { Ok(()) }
 }
 

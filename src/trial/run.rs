@@ -39,6 +39,8 @@ pub fn run(trial: &Trial, jobs: NonZeroUsize, done: &(dyn Fn(usize) + Sync)) -> 
             .expected("a trial that is forged to its end")
             .remedy("give the same `slideway trial forge` command again: it goes on where it was"));
     }
+    // Two runs at a time would overwrite each other's ledger.
+    let _lock = crate::whole::lock(&trial.folder)?;
     let ledger = Ledger::read(trial)?;
     let open: Vec<usize> = trial.cases().filter(|case| !ledger.contains(*case)).collect();
     if is_open(trial) && !open.is_empty() {

@@ -15,6 +15,7 @@ use slideway::replay::{PlantChoice, controller_run};
 use slideway::report::sheet::Sheet;
 use slideway::report::{gain_table, gains, html};
 
+use super::super::count::seed;
 use super::super::output::{Pictures, command_line};
 use super::super::setting::{Setting, set};
 use super::super::subject::{machine_of, runs_of};
@@ -48,7 +49,7 @@ pub(in super::super) struct Gains {
     #[arg(long, value_enum, default_value = "rapier", requires = "table")]
     plant: Plant,
     /// Seed of the sensor noise in the table's strokes
-    #[arg(long, value_name = "SEED", default_value_t = 1, requires = "table")]
+    #[arg(long, value_name = "SEED", default_value_t = 1, requires = "table", value_parser = seed)]
     noise: u64,
     #[command(flatten)]
     pictures: Pictures,

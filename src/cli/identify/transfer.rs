@@ -20,6 +20,7 @@ use slideway::report::sheet::Section;
 use slideway::report::{html, printed_equations};
 use slideway::units::Motion;
 
+use super::super::count::seed;
 use super::super::output::{Pictures, command_line};
 use super::super::subject::runs_of;
 use super::super::table::Table;
@@ -72,7 +73,7 @@ pub(super) struct Transfer {
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     samples: u32,
     /// Seed of the excitation
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, value_parser = seed)]
     seed: u64,
     #[command(flatten)]
     pictures: Pictures,

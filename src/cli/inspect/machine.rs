@@ -10,6 +10,7 @@ use slideway::solid::{Link, Shape, Side};
 use slideway::units::{Motion, engineering};
 
 use crate::cli::Failure;
+use crate::cli::stability::stability;
 use crate::cli::table::Table;
 
 /// Parts of the description in hardware order; modes are shown by themselves.
@@ -23,6 +24,7 @@ pub(super) fn show(machine: &Machine, out: &mut dyn Write) -> Result<(), Failure
     writeln!(out, "machine    {}", description.name)?;
     writeln!(out, "file       {}", machine.file().display())?;
     writeln!(out, "period     {}", engineering(description.sample_period_s, "s"))?;
+    write!(out, "{}", stability(machine))?;
     let joint = &solid.joint;
     writeln!(
         out,

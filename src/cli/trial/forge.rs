@@ -13,6 +13,7 @@ use slideway::trial::forge::{Progress, forge};
 use slideway::trial::{self, Engine, Order, Seed, Tier};
 
 use super::all_cores;
+use crate::cli::count::count;
 use crate::cli::{Failure, Screen};
 
 /// Draws what is hidden in each case, seals it, prints its SHA-256, and only then simulates the recordings. Effects are
@@ -40,13 +41,13 @@ pub(super) struct Forge {
     #[arg(long = "tier", value_name = "TIER", num_args = 1.., value_parser = tier())]
     tiers: Vec<Tier>,
     /// Cases of each tier [default: null 300, single 5 of each effect, pair and triple 40, the others 1 of each effect]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count)]
     cases: Option<NonZeroUsize>,
     /// Engine to simulate on; mujoco needs a build with that feature
     #[arg(long, visible_alias = "plant", default_value_t = Engine::Rapier, value_parser = engine())]
     engine: Engine,
     /// Cores to work on [default: all]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = count)]
     jobs: Option<NonZeroUsize>,
     /// Folder to write the trial to; a trial that was left unfinished goes on
     #[arg(long, value_name = "FOLDER")]

@@ -1,0 +1,15 @@
+//! Whether a machine's closed loop is stable, said before anything that was simulated with it.
+
+use slideway::machine::Machine;
+use slideway::twin::LinearLoop;
+
+/// A sentence where the loop is not stable, with a line to itself; nothing where it is, or where no law is stated.
+pub(super) fn stability(machine: &Machine) -> String {
+    match LinearLoop::of(machine) {
+        Ok(looped) if !looped.is_stable() => format!(
+            "! The closed loop of {} is not stable, or does not hold a position: look at its gains, delays and signs.\n\n",
+            machine.description().name
+        ),
+        _ => String::new(),
+    }
+}
