@@ -16,7 +16,7 @@ use serde::{Deserialize, Serialize};
 /// The content of `machine.toml`: one table per part, in the order of the signal path.
 ///
 /// Each part is its own configuration and carries its own law; this type only gathers them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
     /// What the machine is called in reports.
@@ -78,7 +78,7 @@ pub struct Description {
 
 /// A screw that moves the axis: where errors that repeat with its turns are looked for. What the motor's side of it weighs is
 /// the transmission's.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Screw {
     /// Travel in one turn, in m.
@@ -86,7 +86,7 @@ pub struct Screw {
 }
 
 /// The machine base.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Base {
     /// Its modes at the point that receives the motor's reaction.
@@ -94,7 +94,7 @@ pub struct Base {
 }
 
 /// How the controller shapes a stroke into a position reference (trapezoidal velocity), and when it acts on one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReferenceGenerator {
     /// Time from rest to the commanded feed, in s.

@@ -9,7 +9,7 @@ use super::signal::{Signal, TIME_KEY};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion, Unit};
 
-const KEYS: [&str; 4] = ["column", "unit", "scale", "offset"];
+pub(super) const KEYS: [&str; 4] = ["column", "unit", "scale", "offset"];
 
 /// Where one signal comes from: si = (reading · numerator / denominator) · scale + offset.
 #[derive(Debug, Clone, PartialEq)]

@@ -8,8 +8,7 @@ use super::columns::ColumnMap;
 use super::document::{Document, Step};
 use super::range::TimeRange;
 use super::run::Role;
-use super::spelling;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, spelling};
 use crate::units::Motion;
 
 /// The name of the file that makes a folder a recording.
@@ -17,8 +16,10 @@ pub(super) const FILE_NAME: &str = "recording.toml";
 /// Environment variable that says where the data of recordings with a `data_folder` are.
 pub(super) const DATA_VARIABLE: &str = "SLIDEWAY_DATA";
 
-const KEYS: [&str; 7] = ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
-const RUN_KEYS: [&str; 8] = ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
+pub(super) const KEYS: [&str; 7] =
+    ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
+pub(super) const RUN_KEYS: [&str; 8] =
+    ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
 
 /// One `[[run]]`.
 #[derive(Debug)]

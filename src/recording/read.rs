@@ -233,7 +233,7 @@ impl Reading {
 }
 
 fn no_time(names: &[String]) -> Error {
-    let hint = super::spelling::hint(TIME_KEY, names.iter().map(String::as_str));
+    let hint = crate::error::spelling::hint(TIME_KEY, names.iter().map(String::as_str));
     Error::new(ErrorKind::Missing)
         .key(TIME_KEY)
         .found(format!("the columns {}", names.join(", ")))

@@ -4,8 +4,7 @@ use std::collections::BTreeMap;
 
 use super::columns::{ColumnMap, Source};
 use super::signal::{Signal, TIME_KEY};
-use super::spelling;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, spelling};
 use crate::units::{Dimension, Motion};
 
 /// The signals of one file: the mapped ones, and the columns that bear a canonical name.
