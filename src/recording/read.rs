@@ -9,6 +9,7 @@ use sha2::{Digest, Sha256};
 use super::Recording;
 use super::columns::Conversion;
 use super::document::Document;
+use super::lost::fill;
 use super::manifest::{DATA_VARIABLE, FILE_NAME, Manifest, RunEntry};
 use super::plausibility::plausibility;
 use super::resolve::resolve;
@@ -148,12 +149,14 @@ struct Reading {
     sha256: String,
     ignored_columns: Vec<String>,
     conversions: Vec<Conversion>,
+    remarks: Vec<String>,
 }
 
 impl Reading {
     fn new(manifest: &Manifest, entry: &RunEntry) -> Result<Self> {
         let table = Table::open(&entry.file)?;
-        let resolved = resolve(&entry.columns, table.names(), &entry.extra_columns)?;
+        let mut resolved = resolve(&entry.columns, table.names(), &entry.extra_columns)?;
+        resolved.adopt_units(table.names(), table.units())?;
         if resolved.time.is_none() && manifest.sample_period_s.is_none() {
             return Err(no_time(table.names()));
         }
@@ -166,7 +169,8 @@ impl Reading {
         if resolved.signals.is_empty() {
             return Err(no_signals(table.names()));
         }
-        let mut columns = table.columns(&places)?;
+        let last = places.len().checked_sub(1).filter(|_| resolved.time.is_some());
+        let mut columns = table.columns(&places, last)?;
         let mut conversions = Vec::new();
         let declared = manifest.sample_period_s;
         let time = resolved.time.as_ref().and_then(|source| Some((source, columns.values.pop()?)));
@@ -176,10 +180,13 @@ impl Reading {
                 conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
                 let used = entry.range.of(time_s.len(), |k| time_s[k])?;
                 columns.cut(used.clone());
-                let timing = Timing::of_column(&time_s[used.clone()], declared, columns.first_row)
+                time_s.truncate(used.end);
+                time_s.drain(..used.start);
+                columns.remarks.extend(fill(&mut time_s, &mut columns.values, declared, columns.first_row));
+                let timing = Timing::of_column(&time_s, declared, columns.first_row)
                     .map_err(|error| error.key(source.column.clone()))?;
-                let start_s = time_s.get(used.start).copied().unwrap_or_default();
-                let instants = || time_s[used.clone()].iter().map(|t| t - start_s).collect();
+                let start_s = time_s.first().copied().unwrap_or_default();
+                let instants = || time_s.iter().map(|t| t - start_s).collect();
                 let instants_s = timing.is_uneven().then(instants);
                 (timing, start_s, instants_s)
             }
@@ -194,7 +201,9 @@ impl Reading {
         let extra = columns.values.split_off(resolved.signals.len());
         let extra_columns = entry.extra_columns.iter().cloned().zip(extra).collect();
         let mut signals = BTreeMap::new();
-        for ((signal, (key, source)), mut samples) in resolved.signals.iter().zip(columns.values) {
+        for ((signal, (key, source)), mut samples) in
+            resolved.signals.iter().zip(std::mem::take(&mut columns.values))
+        {
             source.convert(&mut samples);
             let dimension = signal.dimension(resolved.motion.unwrap_or(Motion::Prismatic));
             conversions.push(Conversion::new(key, dimension, source, &entry.name));
@@ -208,9 +217,10 @@ impl Reading {
             timing,
             start_s,
             instants_s,
-            sha256: columns.sha256,
+            sha256: std::mem::take(&mut columns.sha256),
             ignored_columns: resolved.ignored,
             conversions,
+            remarks: columns.remarks,
         })
     }
 
@@ -228,6 +238,7 @@ impl Reading {
             run.set_instants_s(instants_s);
         }
         run.ignored_columns = self.ignored_columns;
+        run.remarks = self.remarks;
         Ok(run)
     }
 }
