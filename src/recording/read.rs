@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::Recording;
-use super::columns::Conversion;
+use super::columns::{Conversion, Source};
 use super::document::Document;
 use super::lost::fill;
 use super::manifest::{DATA_VARIABLE, FILE_NAME, Manifest, RunEntry};
@@ -15,7 +15,7 @@ use super::plausibility::plausibility;
 use super::resolve::resolve;
 use super::run::{Run, check_measured, hex};
 use super::signal::{Signal, TIME_KEY};
-use super::table::Table;
+use super::table::{Columns, Table};
 use super::timing::Timing;
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion};
@@ -174,30 +174,10 @@ impl Reading {
         let mut conversions = Vec::new();
         let declared = manifest.sample_period_s;
         let time = resolved.time.as_ref().and_then(|source| Some((source, columns.values.pop()?)));
-        let (timing, start_s, instants_s) = match time {
-            Some((source, mut time_s)) => {
-                source.convert(&mut time_s);
-                conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
-                let used = entry.range.of(time_s.len(), |k| time_s[k])?;
-                columns.cut(used.clone());
-                time_s.truncate(used.end);
-                time_s.drain(..used.start);
-                columns.remarks.extend(fill(&mut time_s, &mut columns.values, declared, columns.first_row));
-                let timing = Timing::of_column(&time_s, declared, columns.first_row)
-                    .map_err(|error| error.key(source.column.clone()))?;
-                let start_s = time_s.first().copied().unwrap_or_default();
-                let instants = || time_s.iter().map(|t| t - start_s).collect();
-                let instants_s = timing.is_uneven().then(instants);
-                (timing, start_s, instants_s)
-            }
-            None => {
-                let period = declared.unwrap_or_default();
-                let count = columns.values.first().map_or(0, Vec::len);
-                let used = entry.range.of(count, |k| k as f64 * period)?;
-                columns.cut(used.clone());
-                (Timing::declared(period), used.start as f64 * period, None)
-            }
-        };
+        if let Some((source, _)) = &time {
+            conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
+        }
+        let (timing, start_s, instants_s) = timed(time, &mut columns, entry, declared)?;
         let extra = columns.values.split_off(resolved.signals.len());
         let extra_columns = entry.extra_columns.iter().cloned().zip(extra).collect();
         let mut signals = BTreeMap::new();
@@ -241,6 +221,34 @@ impl Reading {
         run.remarks = self.remarks;
         Ok(run)
     }
+}
+
+/// Timing, start and, where they are uneven, the instants of a run, with its columns cut to its range and lost samples filled in.
+fn timed(
+    time: Option<(&Source, Vec<f64>)>,
+    columns: &mut Columns,
+    entry: &RunEntry,
+    declared: Option<f64>,
+) -> Result<(Timing, f64, Option<Vec<f64>>)> {
+    let Some((source, mut time_s)) = time else {
+        let period = declared.unwrap_or_default();
+        let count = columns.values.first().map_or(0, Vec::len);
+        let used = entry.range.of(count, |k| k as f64 * period)?;
+        columns.cut(used.clone());
+        return Ok((Timing::declared(period), used.start as f64 * period, None));
+    };
+    source.convert(&mut time_s);
+    let used = entry.range.of(time_s.len(), |k| time_s[k])?;
+    columns.cut(used.clone());
+    time_s.truncate(used.end);
+    time_s.drain(..used.start);
+    columns.remarks.extend(fill(&mut time_s, &mut columns.values, declared, columns.first_row));
+    let timing = Timing::of_column(&time_s, declared, columns.first_row)
+        .map_err(|error| error.key(source.column.clone()))?;
+    let start_s = time_s.first().copied().unwrap_or_default();
+    let instants = || time_s.iter().map(|t| t - start_s).collect();
+    let instants_s = timing.is_uneven().then(instants);
+    Ok((timing, start_s, instants_s))
 }
 
 fn no_time(names: &[String]) -> Error {

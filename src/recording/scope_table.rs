@@ -27,80 +27,116 @@ pub(super) fn is_scope(text: &[u8]) -> bool {
         && lines.any(|line| line.starts_with(START_KEY.as_bytes()))
 }
 
+/// The lines of an export, split into cells.
+struct Export<'a> {
+    lines: Vec<&'a str>,
+    separator: u8,
+    /// Key and cells of the lines above the numbers, one a property of the channels.
+    header: Vec<(String, Vec<String>)>,
+    /// Line behind the header.
+    first: usize,
+}
+
 /// Reads an export.
 ///
 /// # Errors
 /// No time column, a cell that is no number, with its row (of the file, as an editor counts).
 pub(super) fn read(path: &Path, text: &[u8], sha256: String) -> Result<LoadedTable> {
     let text = String::from_utf8_lossy(text.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(text));
-    let separator = text.as_bytes().get(FIRST_KEY.len()).copied().unwrap_or(b'\t');
-    let cells = |line: &str| -> Vec<String> {
-        line.split(char::from(separator)).map(|cell| cell.trim().to_owned()).collect()
-    };
-    let lines: Vec<&str> = text.lines().collect();
-    let key_of = |line: &str| line.split(char::from(separator)).next().unwrap_or_default().trim().to_owned();
-    let begins = lines.iter().skip(1).position(|line| key_of(line) == "Name").map(|place| place + 1);
-    let Some(begins) = begins else { return Err(no_times("no block of channels")) };
-    let header: Vec<(String, Vec<String>)> = lines[begins..]
-        .iter()
-        .take_while(|line| !line.trim().is_empty())
-        .map(|line| (key_of(line), cells(line)))
-        .collect();
-    let row_of = |key: &str| header.iter().find(|(name, _)| name == key).map(|(_, cells)| cells.as_slice());
-    let names = row_of("Name").unwrap_or_default();
-    // A time column bears the key of the line in every line; a channel called `Name` does not.
-    let is_time = |place: usize| {
-        header.iter().all(|(key, cells)| cells.get(place).is_some_and(|cell| cell == key))
-            && !header.is_empty()
-    };
-    let mut clock = None;
-    let mut channels: Vec<(usize, usize)> = Vec::new();
-    for (place, name) in names.iter().enumerate() {
-        match (is_time(place), clock) {
-            (true, _) => clock = Some(place),
-            (false, Some(clock)) if !name.is_empty() => channels.push((clock, place)),
-            _ => {}
-        }
-    }
+    let export = Export::new(&text)?;
+    let channels = export.channels();
     if channels.is_empty() {
         return Err(no_times("no time column"));
     }
-    let start = lines
-        .iter()
-        .find(|line| line.starts_with(START_KEY))
-        .and_then(|line| cells(line).get(1)?.parse().ok());
-    let mut series: Vec<Series> = channels
-        .iter()
-        .map(|(_, place)| Series { name: names[*place].clone(), time_s: Vec::new(), values: Vec::new() })
-        .collect();
-    let first = begins + header.len();
-    for (row, line) in lines.iter().enumerate().skip(first) {
-        if line.trim().is_empty() || line.trim() == LAST_LINE {
-            continue;
-        }
-        let cells: Vec<&str> = line.split(char::from(separator)).map(str::trim).collect();
-        for (one, (clock, place)) in series.iter_mut().zip(&channels) {
-            let (Some(time), Some(value)) = (cells.get(*clock), cells.get(*place)) else { continue };
-            if time.is_empty() || value.is_empty() {
-                continue;
-            }
-            let number = |cell: &str| decimal(cell.as_bytes(), separator).filter(|number| number.is_finite());
-            let time_s = stamp_s(time, start).or_else(|| number(time).map(|ms| ms / 1000.0));
-            let (Some(time_s), Some(value)) = (time_s, truth(value).or_else(|| number(value))) else {
-                return Err(Error::new(ErrorKind::Syntax)
-                    .row(row as u64 + 1)
-                    .key(one.name.clone())
-                    .found(format!("`{time}` and `{value}`"))
-                    .expected("a time and a number")
-                    .remedy("export the channels again, or delete the row"));
-            };
-            one.time_s.push(time_s);
-            one.values.push(value);
-        }
-    }
-    let stated = row_of("Unit").unwrap_or_default();
+    let series = export.series(&channels)?;
+    let stated = export.property("Unit");
     let units = channels.iter().map(|(_, place)| stated.get(*place).and_then(|cell| unit(cell))).collect();
     Ok(LoadedTable::new(path, FORMAT, Content::Channels(series), units, sha256))
+}
+
+impl<'a> Export<'a> {
+    fn new(text: &'a str) -> Result<Self> {
+        let separator = text.as_bytes().get(FIRST_KEY.len()).copied().unwrap_or(b'\t');
+        let lines: Vec<&str> = text.lines().collect();
+        let mut export = Self { lines, separator, header: Vec::new(), first: 0 };
+        let key = |line: &&str| export.cells(line).first().is_some_and(|cell| *cell == "Name");
+        let begins = export.lines.iter().skip(1).position(key).map(|place| place + 1);
+        let begins = begins.ok_or_else(|| no_times("no block of channels"))?;
+        let rows = export.lines[begins..].iter().take_while(|line| !line.trim().is_empty());
+        let owned =
+            |line: &&str| -> Vec<String> { export.cells(line).into_iter().map(str::to_owned).collect() };
+        let header = rows.map(owned).map(|cells| (cells.first().cloned().unwrap_or_default(), cells));
+        export.header = header.collect();
+        export.first = begins + export.header.len();
+        Ok(export)
+    }
+
+    fn cells<'l>(&self, line: &'l str) -> Vec<&'l str> {
+        line.split(char::from(self.separator)).map(str::trim).collect()
+    }
+
+    /// The cells of a property, one a column.
+    fn property(&self, key: &str) -> &[String] {
+        self.header.iter().find(|(name, _)| name == key).map_or(&[], |(_, cells)| cells)
+    }
+
+    /// The columns of the channels, each behind the column of its times.
+    fn channels(&self) -> Vec<(usize, usize)> {
+        // A time column bears the key of the line in every line; a channel called `Name` does not.
+        let is_time = |place: usize| {
+            self.header.iter().all(|(key, cells)| cells.get(place).is_some_and(|cell| cell == key))
+        };
+        let mut clock = None;
+        let mut channels = Vec::new();
+        for (place, name) in self.property("Name").iter().enumerate() {
+            match (is_time(place), clock) {
+                (true, _) => clock = Some(place),
+                (false, Some(clock)) if !name.is_empty() => channels.push((clock, place)),
+                _ => {}
+            }
+        }
+        channels
+    }
+
+    /// The samples of the channels.
+    fn series(&self, channels: &[(usize, usize)]) -> Result<Vec<Series>> {
+        let start = self.lines.iter().find(|line| line.starts_with(START_KEY));
+        let start = start.and_then(|line| self.cells(line).get(1)?.parse().ok());
+        let names = self.property("Name");
+        let empty =
+            |place: usize| Series { name: names[place].clone(), time_s: Vec::new(), values: Vec::new() };
+        let mut series: Vec<Series> = channels.iter().map(|(_, place)| empty(*place)).collect();
+        let number =
+            |cell: &str| decimal(cell.as_bytes(), self.separator).filter(|number| number.is_finite());
+        for (row, line) in self.lines.iter().enumerate().skip(self.first) {
+            if line.trim() == LAST_LINE {
+                break;
+            }
+            let cells = self.cells(line);
+            for (one, (clock, place)) in series.iter_mut().zip(channels) {
+                let (Some(time), Some(value)) = (cells.get(*clock), cells.get(*place)) else { continue };
+                if time.is_empty() || value.is_empty() {
+                    continue;
+                }
+                let time_s = stamp_s(time, start).or_else(|| number(time).map(|ms| ms / 1000.0));
+                let (Some(time_s), Some(value)) = (time_s, truth(value).or_else(|| number(value))) else {
+                    return Err(no_number(row as u64 + 1, &one.name, time, value));
+                };
+                one.time_s.push(time_s);
+                one.values.push(value);
+            }
+        }
+        Ok(series)
+    }
+}
+
+fn no_number(row: u64, name: &str, time: &str, value: &str) -> Error {
+    Error::new(ErrorKind::Syntax)
+        .row(row)
+        .key(name)
+        .found(format!("`{time}` and `{value}`"))
+        .expected("a time and a number")
+        .remedy("export the channels again, or delete the row")
 }
 
 /// A time stamp of type FILETIME in s from the start; whole numbers that long lose their last digits as floating point.
