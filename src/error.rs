@@ -4,6 +4,7 @@
 //! an [`Error`] is broken input or a file that cannot be read or written.
 
 mod plain;
+pub(crate) mod spelling;
 pub(crate) mod toml_text;
 
 use std::fmt;

@@ -8,12 +8,16 @@ mod diagnose;
 mod effects;
 mod identify;
 mod inspect;
+mod kinds;
 mod ladder;
 mod output;
 mod refusal;
 mod replay;
+mod schema;
 mod setting;
 mod stability;
+mod shell;
+mod signals;
 mod standstill;
 mod subject;
 mod table;
@@ -70,12 +74,22 @@ enum Command {
     Ladder(ladder::LadderCommand),
     /// List the effects that a diagnosis looks for, or tell what one of them is
     Effects(effects::Effects),
+    /// List the signals that a recording may hold, or tell what one of them is
+    Signals(signals::Signals),
+    /// List the tables of a machine file and their kinds, or the keys of one
+    Kinds(kinds::Kinds),
+    /// Print the JSON Schema of machine.toml or recording.toml, for editors
+    Schema(schema::Schema),
     /// Show what is in a recording or a machine
     Inspect(inspect::Inspect),
     /// Tune a controller in simulation: sweep, optimise, re-check where the machine is off
     Tune(tune::Tune),
     /// Check the diagnosis on machines whose effect is withheld
     Trial(trial::Trial),
+    /// Print the completions of a shell
+    Completions(shell::Completions),
+    /// Print the manual page
+    Man(shell::Man),
 }
 
 /// How a command ends when it does not end well.
@@ -192,9 +206,14 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
         Command::Crosscheck(crosscheck) => crosscheck.run(screen),
         Command::Ladder(ladder) => ladder.run(screen),
         Command::Effects(effects) => effects.run(screen),
+        Command::Signals(signals) => signals.run(screen),
+        Command::Kinds(kinds) => kinds.run(screen),
+        Command::Schema(schema) => schema.run(screen),
         Command::Inspect(inspect) => inspect.run(screen),
         Command::Tune(tune) => tune.run(screen),
         Command::Trial(trial) => trial.run(screen),
+        Command::Completions(completions) => completions.run(screen),
+        Command::Man(man) => man.run(screen),
     }
 }
 

@@ -130,6 +130,8 @@ enum FileFormat {
     Csv,
     /// Parquet with 64-bit floats
     Parquet,
+    /// MCAP with ROS 2 joint states, for Foxglove, rerun and PlotJuggler
+    Mcap,
 }
 
 /// What tells which strokes to make and how, and has no place where a recording tells it.
@@ -220,6 +222,7 @@ impl Replay {
         let format = match self.format {
             FileFormat::Csv => Format::Csv,
             FileFormat::Parquet => Format::Parquet,
+            FileFormat::Mcap => Format::Mcap,
         };
         recording.write(out, format, self.existing())
     }

@@ -17,7 +17,7 @@ use serde::{Deserialize, Serialize};
 /// # Validity
 /// I knows of the law's own limit only: it goes on when the amplifier clips below it. The position loop's output, a velocity,
 /// is not limited.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Cascade {
     /// Kp in 1/s.

@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 /// integrator while its output is at the current limit (data sheets, speed control), which is `clamping`, held also where the
 /// error would unwind it. No drive's manual that names back-calculation was found; the controller of the drives in the
 /// Modelica Standard Library, `LimitedPI`, is of that kind.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum AntiWindup {
     /// The integral part goes on.

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Franklin, Powell, Workman, *Digital Control of Dynamic Systems*, 3rd ed. (1998), section 6.1.3 (prewarping).
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub enum Filter {
     /// Takes out a narrow band.

@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!(IntegerGain::saturating(70_000), IntegerGain::MAX);
 /// assert_eq!(IntegerGain::saturating(260).value(), 260);
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[derive(
+    Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, schemars::JsonSchema,
+)]
 #[serde(from = "i64", into = "i64")]
 pub struct IntegerGain(i16);
 

@@ -48,7 +48,7 @@ pub struct Memory {
 }
 
 /// The control laws that a machine may run.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(tag = "law", rename_all = "snake_case")]
 pub enum Controller {
     /// Pseudo-derivative feedback with integer gains inside a position loop.

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 /// # Source
 /// Åström, Hägglund, *PID Controllers: Theory, Design, and Tuning*, 2nd ed. (1995), section 3.4 (set-point weight of the
 /// derivative).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pd {
     /// Kp in V/m, or V/rad for a revolute axis.

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 /// # Source
 /// Liu, Lai, Yen (2009), section 3, eqs. 1–9, with the sign of C2 corrected; position loop and
 /// feed-forward are assumed (they reproduce section 5 of that paper).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Pdf {
     /// Register n_i of the integral gain.

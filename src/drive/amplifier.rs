@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// s = 1 where the command is a voltage. Where it is a duty cycle, s is the supply voltage, as recorded (`supply_voltage_v`)
 /// or else as stated here, and one volt of command stands for a duty of 1: the limit is ±1, and it acts before back-EMF,
 /// dead zone and offset are shares of the supply.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Amplifier {
     /// Symmetric voltage limit in V; absent: no clipping.

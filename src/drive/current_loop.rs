@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 /// # Source
 /// Leonhard, *Control of Electrical Drives*, 3rd ed. (2001): the closed current loop as a first-order lag, for the design
 /// of the speed loop around it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CurrentLoop {
     /// k in A/V.

@@ -4,7 +4,7 @@ use super::current_loop::CurrentLoop;
 use serde::{Deserialize, Serialize};
 
 /// How the motor turns what the amplifier gives into effort.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum Motor {
     /// Voltage-fed winding with resistance and inductance.
@@ -28,7 +28,7 @@ pub enum Motor {
 /// # Source
 /// Liu, Lai, Yen (2009), eq. 7 in continuous time (its printed discretisation has a sign error, see
 /// [`crate::drive::printed`]).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Winding {
     /// R in Ω.
@@ -50,7 +50,7 @@ pub struct Winding {
 }
 
 /// An effort that follows the commanded voltage without delay: `F = K·u`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Direct {
     /// K in N/V, or N·m/V for a revolute axis.

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Siciliano, Sciavicco, Villani, Oriolo (2009), *Robotics*, section 5.2 (transmissions), 7.2 (reflected rotor inertia).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Transmission {
     /// n in rad/rad, or rad/m for a sliding axis: 2π over the lead of a screw.

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Offset of any analogue amplifier or converter.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AmplifierOffset {
     /// u_0 in V.

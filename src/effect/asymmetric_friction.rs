@@ -35,7 +35,7 @@ use serde::{Deserialize, Serialize};
 /// assert!((guide.resistance(1.0, 0.1, 200.0) - (20.0 - 4.0)).abs() < 1e-12);
 /// assert!((guide.resistance(-1.0, 0.1, 200.0) - (22.0 + 4.0)).abs() < 1e-12);
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct AsymmetricFriction {
     /// a, from −1 to 1.

@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Any text on electrical drives.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BackEmf {
     /// Ke in V·s/m, or V·s/rad for a revolute axis; not negative.

@@ -32,7 +32,7 @@ const ARCMIN: f64 = std::f64::consts::TAU / 21600.0;
 ///
 /// # Source
 /// ISO 230-2; play operator, Krasnosel'skii, Pokrovskii (1989).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Backlash {
     /// b in m, or rad for a revolute axis; not negative.

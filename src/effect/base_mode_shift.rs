@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// [`Modes`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BaseModeShift {
     /// j, counted from 1 in the order of the machine file.

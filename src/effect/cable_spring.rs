@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Hooke's law.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CableSpring {
     /// k in N/m, or N·m/rad for a revolute axis; not negative.

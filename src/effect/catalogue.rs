@@ -5,7 +5,7 @@
 macro_rules! catalogue {
     ($($id:ident : $law:ident),+ $(,)?) => {
         /// Names the effects of the catalogue.
-        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(rename_all = "snake_case")]
         pub enum EffectId {
             $(#[doc = concat!("`", stringify!($id), "`, see [`", stringify!($law), "`].")] $law,)+
@@ -202,7 +202,7 @@ macro_rules! catalogue {
         }
 
         /// The effects that a machine file states, a table per effect.
-        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[derive(Debug, Clone, Default, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct Effects {
             $(

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 /// let law = ConstantForce { force_n: -3.0 };
 /// assert_eq!(law.push(0.1, 0.2), law.push(0.0, -0.2));
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ConstantForce {
     /// F_0 in N (load convention), or N·m for a revolute axis.

@@ -39,7 +39,7 @@ macro_rules! gain {
         ///
         /// # Source
         /// [`Controller`](crate::controller::Controller).
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
         #[serde(deny_unknown_fields)]
         pub struct $name {
             /// f, factor of the stated gain.

@@ -31,7 +31,7 @@ use serde::{Deserialize, Serialize};
 /// let guide = DryFriction { coulomb: 15.0, ..DryFriction::default() };
 /// assert_eq!(guide.level(1.0, 0.3), guide.level(-1.0, 0.0));
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CoulombFriction {
     /// F_c in N, or N·m for a revolute axis; not negative.

@@ -40,7 +40,7 @@ use std::f64::consts::TAU;
 /// assert!((inductance_h / resistance_ohm - 1.0).abs() < 1e-12);
 /// assert_eq!(force_constant / resistance_ohm, 40.0);
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CurrentLoop {
     /// f_c in Hz; more than zero.

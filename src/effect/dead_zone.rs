@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Slotine, Li (1991), *Applied Nonlinear Control*, section 5.2.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DeadZone {
     /// w in V; not negative.

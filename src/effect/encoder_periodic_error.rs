@@ -34,7 +34,7 @@ const LINES: [f64; 8] = [256.0, 512.0, 1000.0, 1024.0, 2000.0, 2048.0, 2500.0, 4
 ///
 /// # Source
 /// Encoder data sheets: position error over one signal period or one turn.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EncoderPeriodicError {
     /// p in m, or rad for a revolute axis; more than zero.

@@ -44,7 +44,7 @@ const COUNTS: [f64; 13] = [
 ///
 /// # Source
 /// Quantisation.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EncoderResolution {
     /// r in m, or rad for a revolute axis; more than zero.

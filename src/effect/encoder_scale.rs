@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Unit conversion; thermal expansion of steel scales, 10.5 µm/(m·K).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct EncoderScale {
     /// f, more than zero; 1: as stated.

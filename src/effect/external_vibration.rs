@@ -33,7 +33,7 @@ use std::f64::consts::TAU;
 /// let pump = ExternalVibration { frequency_hz: 25.0, force_n: 3.0, phase_rad: 0.0 };
 /// assert!(pump.shake(0.0).abs() < 1e-12 && (pump.shake(0.01) - 3.0).abs() < 1e-12);
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ExternalVibration {
     /// f in Hz; more than zero.

@@ -25,7 +25,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Modal form of the drive-point receptance, Ewins (2000), *Modal Testing*, section 2.4.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FlexibleMode {
     /// ω/2π in Hz; more than zero.

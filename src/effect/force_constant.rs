@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Magnets lose about 0.1 to 0.2 % of their flux per kelvin; any motor data sheet.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ForceConstant {
     /// f, more than zero; 1: as stated.

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ForceRipple {
     /// p in m, or rad for a revolute axis; more than zero.

@@ -26,7 +26,7 @@ use serde::{Deserialize, Serialize};
 /// # Source
 /// First-order part of an exponential warm-up; Bittencourt, Gunnarsson (2012), *Static friction in a robot joint: modeling and
 /// identification of load and temperature effects*.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FrictionDrift {
     /// r in 1/s; below zero where friction fades.

@@ -27,7 +27,7 @@ macro_rules! further {
         /// # Source
         /// Gieras, Piech, Tomczuk (2011), *Linear Synchronous Motors*, section 3.8; Zhu, Howe (2000), *Influence of design
         /// parameters on cogging torque in permanent magnet machines*: orders of slots, poles and their least common multiple.
-        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+        #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
         #[serde(transparent)]
         pub struct $name(pub $law);
 

@@ -29,7 +29,7 @@ use serde::{Deserialize, Serialize};
 /// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports). On gears: Duclusaud et al., *Extended
 /// friction models for the physics simulation of servo actuators*, ICRA 2025, eq. of their model M3 with `|τ_motor − τ_load|`
 /// for the transmitted torque.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadDependentFriction {
     /// μ; not negative.

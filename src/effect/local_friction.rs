@@ -36,7 +36,7 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!((spot.at(0.05), spot.at(0.06), spot.at(0.04)), (8.0, 0.0, 0.0));
 /// assert!((spot.at(0.055) - 4.0).abs() < 1e-12);
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LocalFriction {
     /// F_l in N, or N·m for a revolute axis.

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Åström, Wittenmark, *Computer-Controlled Systems*, section 2.3 (fractional delay under a zero-order hold).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoopDelay {
     /// τ in s; not negative.

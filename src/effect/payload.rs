@@ -44,7 +44,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Newton's second law; Siciliano, Sciavicco, Villani, Oriolo (2009), *Robotics*, section 7.2.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Payload {
     /// Δm in kg, or ΔJ about the joint's axis in kg·m².

@@ -24,7 +24,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Presliding {
     /// σ₀ in N/m, or N·m/rad; more than zero.

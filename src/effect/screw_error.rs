@@ -36,7 +36,7 @@ const LEADS_M: [f64; 14] =
 ///
 /// # Source
 /// ISO 3408-3, travel variation within one revolution.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ScrewError {
     /// p in m, or rad for a revolute axis; more than zero.

@@ -29,7 +29,7 @@ use std::f64::consts::{FRAC_1_SQRT_2, SQRT_2};
 ///
 /// # Source
 /// Unit conversion; RMS and peak of a phase current differ by √2.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SensorScale {
     /// f_i, more than zero.

@@ -27,7 +27,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StribeckFriction {
     /// p = F_s/F_c; at least 1.

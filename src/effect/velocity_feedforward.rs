@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// [`Controller`].
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityFeedforward {
     /// k_f, share of the reference velocity that is fed forward, in the place of the stated one.

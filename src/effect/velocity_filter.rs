@@ -20,7 +20,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// [`VelocityEstimate`](crate::sensor::VelocityEstimate).
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VelocityFilter {
     /// τ in s; not negative.

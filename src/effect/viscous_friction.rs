@@ -30,7 +30,7 @@ use serde::{Deserialize, Serialize};
 /// assert_eq!(EffectId::ViscousFriction.site(), Site::Guide);
 /// assert_eq!(EffectId::ViscousFriction.parameters()[0].unit, "N·s/m");
 /// ```
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ViscousFriction {
     /// c in N·s/m, or N·m·s/rad for a revolute axis; not negative.

@@ -21,7 +21,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Saturation of any real amplifier.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct VoltageSaturation {
     /// U in V; more than zero.

@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Source
 /// Any text on electrical drives.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindingInductance {
     /// L in H; more than zero.

@@ -24,7 +24,7 @@ const COPPER_PER_K: f64 = 0.0039;
 ///
 /// # Source
 /// Temperature coefficient of copper, IEC 60228.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WindingResistance {
     /// R in Ω, cables and amplifier included; more than zero.

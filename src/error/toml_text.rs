@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{Error, ErrorKind};
+use super::{Error, ErrorKind, spelling};
 
 /// Line (from 1) of a byte.
 pub(crate) fn line_of(text: &str, start: usize) -> u64 {
@@ -50,8 +50,21 @@ pub(crate) fn explained(error: Error, message: &str) -> Error {
         .replace("expected i64", "expected a whole number")
         .replace("expected f64", "expected a number");
     match message.split_once(", expected ") {
-        Some((found, expected)) => error.found(found).expected(expected),
+        Some((found, expected)) => {
+            error.found(format!("{found}{}", meant(found, expected))).expected(expected)
+        }
         None => error.found(message).expected("a file as README.md describes it"),
+    }
+}
+
+/// Which of the names that TOML lists was meant by the unknown one, where one is near.
+fn meant(found: &str, expected: &str) -> String {
+    let quoted = |text: &'_ str| text.split('`').skip(1).step_by(2).map(str::to_owned).collect::<Vec<_>>();
+    match quoted(found).first() {
+        Some(name) if found.starts_with("unknown ") => {
+            spelling::hint(name, quoted(expected).iter().map(String::as_str))
+        }
+        _ => String::new(),
     }
 }
 

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Model
 /// `F = −c·v`. Dry friction is an effect of the catalogue, stated under `[effect]`.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Guide {
     /// Viscous coefficient c in N·s/m, or N·m·s/rad for a revolute axis.

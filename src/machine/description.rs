@@ -23,7 +23,7 @@ const FARTHEST_LINE_M: f64 = 100.0;
 /// The content of `machine.toml`: one table per part, in the order of the signal path.
 ///
 /// Each part is its own configuration and carries its own law; this type only gathers them.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Description {
     /// What the machine is called in reports.
@@ -88,7 +88,7 @@ pub struct Description {
 
 /// A screw that moves the axis: where errors that repeat with its turns are looked for. What the motor's side of it weighs is
 /// the transmission's.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Screw {
     /// Travel in one turn, in m.
@@ -96,7 +96,7 @@ pub struct Screw {
 }
 
 /// The machine base.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Base {
     /// Its modes at the point that receives the motor's reaction.
@@ -104,7 +104,7 @@ pub struct Base {
 }
 
 /// How the controller shapes a stroke into a position reference (trapezoidal velocity), and when it acts on one.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct ReferenceGenerator {
     /// Time from rest to the commanded feed, in s.

@@ -11,10 +11,18 @@ use std::path::Path;
 pub(super) fn file_text(file: &Path, target: &toml::Table) -> Result<String> {
     let text = std::fs::read_to_string(file).map_err(|e| Error::io(file, &e))?;
     let table: toml::Table = toml::from_str(&text).map_err(|e| toml_text::refusal(file, &text, &e))?;
-    let edited = edited(&text, &table, target);
+    let edited = edited(without_schema(&text), &table, target);
     match edited.filter(|edited| toml::from_str::<toml::Table>(edited).is_ok_and(|t| t == *target)) {
         Some(edited) => Ok(edited),
         None => serialised(target).map_err(|e| e.file(file)),
+    }
+}
+
+/// The text without a first line that names its schema by a path: that is not the way from the new file to it.
+fn without_schema(text: &str) -> &str {
+    match text.split_once('\n') {
+        Some((first, rest)) if first.starts_with("#:schema .") => rest,
+        _ => text,
     }
 }
 

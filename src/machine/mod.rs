@@ -5,17 +5,21 @@
 
 mod carried;
 mod description;
+mod file_tables;
 mod file_text;
 mod key_path;
 mod plans;
 pub mod provenance;
 mod stated;
+mod schema;
 mod tolerance;
 mod write;
 
 pub use description::{Base, Description, ReferenceGenerator, Screw};
+pub use file_tables::{FileKey, FileTable, file_tables};
 pub use plans::{CrosscheckPlan, TunePlan, Vary};
 pub use provenance::Provenance;
+pub use schema::schema;
 pub use tolerance::Tolerance;
 
 use crate::base::Modes;

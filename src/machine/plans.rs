@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
 /// What a cross-check replays.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CrosscheckPlan {
     /// Strokes at feeds, `STROKE@FEED`: m at m/min, or rad at rad/s for a revolute axis.
@@ -14,7 +14,7 @@ pub struct CrosscheckPlan {
 }
 
 /// How the controller is tuned.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct TunePlan {
     /// Strokes at feeds; where there are none, those of the cross-check.
@@ -35,7 +35,7 @@ pub struct TunePlan {
 }
 
 /// A number that is turned.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Vary {
     /// Key path.

@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 /// One diagnosis that wrote values into a machine file: `[[provenance]]`, the newest last.
 ///
 /// The twin does not read it; people and later diagnoses do.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
     /// SHA-256 of the recording that was diagnosed.
@@ -30,7 +30,7 @@ pub struct Provenance {
 }
 
 /// A value that a diagnosis identified.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Identified {
     /// Key path.
@@ -49,7 +49,7 @@ pub struct Identified {
 }
 
 /// Why a value was changed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Reason {
     /// It belongs to an effect named as a cause.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 ///
 /// Inside its tolerance a deviation is *calibration*: estimated together with every hypothesis and reported
 /// as such. Beyond it, it is a cause.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerance {
     /// Moving mass or inertia.

@@ -9,7 +9,7 @@ use super::signal::{Signal, TIME_KEY};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion, Unit};
 
-const KEYS: [&str; 4] = ["column", "unit", "scale", "offset"];
+pub(super) const KEYS: [&str; 4] = ["column", "unit", "scale", "offset"];
 
 /// Where one signal comes from: si = (reading · numerator / denominator) · scale + offset.
 #[derive(Debug, Clone, PartialEq)]
@@ -21,6 +21,8 @@ pub(super) struct Source {
     denominator: f64,
     scale: f64,
     offset: f64,
+    /// Whether [columns] or the column's name says the unit, rather than the file.
+    is_stated: bool,
 }
 
 impl Source {
@@ -33,7 +35,36 @@ impl Source {
             denominator: 1.0,
             scale: 1.0,
             offset: 0.0,
+            is_stated: false,
         }
+    }
+
+    /// Takes the unit that the file states for the column, unless [columns] says one; a canonical name says SI itself.
+    ///
+    /// # Errors
+    /// A unit that is unknown or measures something else, or that contradicts the name.
+    pub(super) fn adopt(&mut self, key: &str, stated: &str, dimension: Dimension) -> Result<()> {
+        if self.is_stated {
+            return Ok(());
+        }
+        let unit = Unit::parse_as(stated, dimension).map_err(|error| {
+            error.key(self.column.clone()).remedy(format!(
+                "state its unit in [columns]: `{key} = {{ column = \"{}\", unit = \"…\" }}`",
+                self.column
+            ))
+        })?;
+        if key == self.column && unit.factor() != 1.0 {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .key(key)
+                .found(format!("a column named `{key}` whose unit the file states as {stated}"))
+                .expected(format!("{}, as the name says", dimension.si_symbol()))
+                .remedy(format!(
+                    "state in [columns] which of them holds: `{key} = {{ unit = \"{stated}\" }}`"
+                )));
+        }
+        self.unit = unit.symbol().to_owned();
+        (self.numerator, self.denominator) = unit.quotient();
+        Ok(())
     }
 
     /// Whether readings are taken over unchanged.
@@ -214,6 +245,7 @@ fn read_unit(
     source: &mut Source,
 ) -> Result<()> {
     let steps = [steps, &[Step::Key("unit")]].concat();
+    source.is_stated = true;
     if let Some(text) = value.as_str() {
         let unit = Unit::parse_as(text, dimension).map_err(|error| relocate(document, &steps, &error))?;
         source.unit = unit.symbol().to_owned();

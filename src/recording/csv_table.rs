@@ -1,54 +1,111 @@
 //! Delimited text as drives, oscilloscopes and spreadsheets write it.
 //!
-//! Separator comma, semicolon or tab (the most frequent in the header line); decimal comma where the separator
-//! is not a comma; UTF-8 byte-order mark, quoted fields, and `#` lines before the header.
+//! [`Dialect`] finds the layout: separator, lines before the header, a line of units, no header at all. Columns of several rates
+//! have empty fields where they have no sample; blanks as separators are those of LinuxCNC's halsampler.
 
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use super::dialect::{Dialect, decimal};
 use super::run::hex;
+use super::series::{Series, together};
 use super::table::{Columns, no_rows};
 use crate::error::{Error, ErrorKind, Result, plain};
 
+/// Columns with empty fields have so many values at least; fewer do not tell a rate.
+const FEWEST_VALUES: usize = 10;
+/// halsampler's note that samples were lost, in older versions without the mark.
+const OVERRUN: [&[u8]; 2] = [b"!", b"overrun"];
 /// Columns of a table at most.
 const MOST_COLUMNS: usize = 4096;
 /// Characters of a column's name at most.
 const MOST_OF_NAME: usize = 200;
-const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// A text file in memory, its header understood.
 #[derive(Debug)]
 pub(super) struct CsvTable {
     path: PathBuf,
     bytes: Vec<u8>,
-    /// Where the header line starts.
+    dialect: Dialect,
+    /// Where the table begins.
     start: usize,
     separator: u8,
     names: Vec<String>,
+    /// SHA-256 of the file where these are not its bytes.
+    sha256: Option<String>,
+    remarks: Vec<String>,
 }
 
 impl CsvTable {
-    pub(super) fn open(path: &Path) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
-        Self::new(path, bytes).map_err(|error| error.file(path))
+    /// A table of UTF-8 text, and the encoding that it was decoded from; the hash of the file where the text is not the file.
+    pub(super) fn new(
+        path: &Path,
+        bytes: Vec<u8>,
+        sha256: Option<String>,
+        encoding: Option<&'static str>,
+    ) -> Result<Self> {
+        let dialect = Dialect::detect(&bytes);
+        let mut remarks: Vec<String> =
+            encoding.map(|name| format!("decoded from {name}")).into_iter().collect();
+        if dialect.preamble > 0 {
+            remarks.push(format!("{} lines above the header left out", dialect.preamble));
+        }
+        let (start, separator) = (dialect.start, dialect.separator);
+        let mut table = Self {
+            path: path.to_path_buf(),
+            bytes,
+            start,
+            separator,
+            names: Vec::new(),
+            dialect,
+            sha256,
+            remarks,
+        };
+        if separator == b' ' {
+            table.join_blanks();
+        }
+        table.read_names()?;
+        Ok(table)
     }
 
-    fn new(path: &Path, bytes: Vec<u8>) -> Result<Self> {
-        let start = header_start(&bytes)?;
-        let body = bytes.get(start..).unwrap_or_default();
-        let line = body.split(|byte| *byte == b'\n').next().unwrap_or_default();
-        let (separator, is_binary) = (separator(line), line.contains(&0));
-        let mut table = Self { path: path.to_path_buf(), start, separator, names: Vec::new(), bytes };
+    /// Blanks become single tabs; lines that say that samples were lost go.
+    fn join_blanks(&mut self) {
+        let body = self.bytes.get(self.start..).unwrap_or_default();
+        let mut tabbed = Vec::with_capacity(body.len());
+        let mut overruns = 0;
+        for line in body.split(|byte| *byte == b'\n').map(<[u8]>::trim_ascii) {
+            if OVERRUN.iter().any(|mark| line.starts_with(mark)) {
+                overruns += 1;
+                continue;
+            }
+            let mut fields = line.split(u8::is_ascii_whitespace).filter(|field| !field.is_empty());
+            tabbed.extend(fields.next().unwrap_or_default());
+            fields.for_each(|field| {
+                tabbed.push(b'\t');
+                tabbed.extend(field);
+            });
+            tabbed.push(b'\n');
+        }
+        if overruns > 0 {
+            self.remarks.push(format!("{overruns} overruns in the log: samples are lost there"));
+        }
+        let mut hash = Sha256::new();
+        hash.update(&self.bytes);
+        self.sha256.get_or_insert_with(|| hex(hash));
+        (self.bytes, self.start, self.separator) = (tabbed, 0, b'\t');
+    }
+
+    fn read_names(&mut self) -> Result<()> {
         let mut header = csv::ByteRecord::new();
-        let read = table.reader().read_byte_record(&mut header);
+        let read = self.reader().read_byte_record(&mut header);
         if !read.map_err(|error| syntax(&error))? {
             return Err(Error::new(ErrorKind::TooLittleData)
                 .found("an empty file")
                 .expected("a header line with column names, and rows of numbers")
                 .remedy("take the run out of the recording, or record it again"));
         }
-        if is_binary {
+        if header.as_slice().contains(&0) {
             return Err(Error::new(ErrorKind::Syntax)
                 .row(1)
                 .found("a zero byte, as binary files have")
@@ -64,17 +121,24 @@ impl CsvTable {
                     "export the columns of this axis only; a row stands for a sample, a column for a signal",
                 ));
         }
-        table.names =
-            header.iter().map(|field| plain(String::from_utf8_lossy(field).trim(), MOST_OF_NAME)).collect();
-        let is_number = |name: &String| decimal(name.as_bytes(), table.separator).is_some();
-        if table.names.iter().all(is_number) {
-            return Err(Error::new(ErrorKind::Syntax)
-                .row(1)
-                .found(format!("the numbers {}", table.names.join(", ")))
-                .expected("a header line with column names")
-                .remedy("put a line with the column names above the numbers"));
-        }
-        Ok(table)
+        let name = |field: &[u8]| plain(String::from_utf8_lossy(field).trim(), MOST_OF_NAME);
+        self.names = if self.dialect.has_header {
+            header.iter().map(name).collect()
+        } else {
+            self.remarks.push("no header: columns are called column_1, column_2, …".to_owned());
+            (1..=header.len()).map(|place| format!("column_{place}")).collect()
+        };
+        Ok(())
+    }
+
+    /// What the file was read as.
+    pub(super) fn format(&self) -> String {
+        format!("text, separated by {}", self.dialect.separator_word())
+    }
+
+    /// The units that a line below the header states, by column.
+    pub(super) fn units(&self) -> &[Option<String>] {
+        &self.dialect.units
     }
 
     fn reader(&self) -> csv::Reader<&[u8]> {
@@ -90,37 +154,86 @@ impl CsvTable {
         &self.names
     }
 
-    pub(super) fn columns(&self, wanted: &[usize]) -> Result<Columns> {
+    /// Lines above the first row of numbers, from the header on.
+    fn heading(&self) -> u64 {
+        u64::from(self.dialect.has_header) + u64::from(!self.dialect.units.is_empty())
+    }
+
+    pub(super) fn columns(&self, wanted: &[usize], time: Option<usize>) -> Result<Columns> {
         let hash = || {
+            if let Some(sha256) = &self.sha256 {
+                return sha256.clone();
+            }
             let mut hash = Sha256::new();
             hash.update(&self.bytes);
             hex(hash)
         };
         let (sha256, values) = rayon::join(hash, || self.values(wanted));
-        let values = values.map_err(|error| error.file(&self.path))?;
-        Ok(Columns { first_row: 2, values, sha256 })
+        let values = values.and_then(|values| self.on_one_clock(values, wanted, time));
+        let (values, joined) = values.map_err(|error| error.file(&self.path))?;
+        let remarks = self.remarks.iter().cloned().chain(joined).collect();
+        Ok(Columns { first_row: self.heading() + 1, values, sha256, remarks })
+    }
+
+    /// Columns with empty fields, which are NaN here, at the instants of the slowest of them.
+    ///
+    /// # Errors
+    /// An empty field where no time column tells what belongs there, or in a column with few values.
+    fn on_one_clock(
+        &self,
+        values: Vec<Vec<f64>>,
+        wanted: &[usize],
+        time: Option<usize>,
+    ) -> Result<(Vec<Vec<f64>>, Option<String>)> {
+        let Some((holed, hole)) = values
+            .iter()
+            .enumerate()
+            .find_map(|(place, column)| Some((place, column.iter().position(|value| value.is_nan())?)))
+        else {
+            return Ok((values, None));
+        };
+        let enough =
+            |column: &Vec<f64>| column.iter().filter(|value| !value.is_nan()).count() >= FEWEST_VALUES;
+        let clock = time.filter(|time| !values[*time].iter().any(|t| t.is_nan()));
+        let Some(clock) = clock.filter(|_| values.iter().all(enough)) else {
+            let name = self.names.get(wanted[holed]).cloned().unwrap_or_default();
+            return Err(empty_field(self.heading() + 1 + hole as u64, name));
+        };
+        let series = |place: usize| {
+            let pairs = values[clock].iter().zip(&values[place]).filter(|(_, value)| !value.is_nan());
+            let (time_s, values) = pairs.unzip();
+            Series { name: self.names.get(wanted[place]).cloned().unwrap_or_default(), time_s, values }
+        };
+        let others: Vec<Series> = (0..values.len()).filter(|place| *place != clock).map(series).collect();
+        let joined = together(&others)?;
+        let mut columns = joined.columns;
+        columns.insert(clock, joined.time_s);
+        Ok((columns, joined.remark))
     }
 
     fn values(&self, wanted: &[usize]) -> Result<Vec<Vec<f64>>> {
         let mut reader = self.reader();
         let mut record = csv::ByteRecord::new();
-        reader.read_byte_record(&mut record).map_err(|error| syntax(&error))?;
+        for _ in 0..self.heading() {
+            reader.read_byte_record(&mut record).map_err(|error| syntax(&error))?;
+        }
         let row_bytes = record.as_slice().len().max(16);
         let guess = self.bytes.len() / row_bytes;
         let mut values: Vec<Vec<f64>> = wanted.iter().map(|_| Vec::with_capacity(guess)).collect();
-        let mut row = 1;
+        let mut row = self.heading();
         while reader.read_byte_record(&mut record).map_err(|error| syntax(&error))? {
             row += 1;
             self.check_shape(&record, row)?;
             for (column, &place) in values.iter_mut().zip(wanted) {
                 let field = record.get(place).unwrap_or_default();
                 match decimal(field, self.separator) {
+                    None if field.trim_ascii().is_empty() => column.push(f64::NAN),
                     Some(value) if value.is_finite() => column.push(value),
                     read => return Err(self.not_a_number(&record, place, row, read)),
                 }
             }
         }
-        if row == 1 { Err(no_rows()) } else { Ok(values) }
+        if row == self.heading() { Err(no_rows()) } else { Ok(values) }
     }
 
     /// Rows have as many fields as the header, and no empty line stands between them (it would shift the
@@ -155,11 +268,7 @@ impl CsvTable {
     fn not_a_number(&self, record: &csv::ByteRecord, place: usize, row: u64, read: Option<f64>) -> Error {
         let field = String::from_utf8_lossy(record.get(place).unwrap_or_default()).trim().to_owned();
         let name = self.names.get(place).cloned().unwrap_or_default();
-        let error = Error::new(match (read, field.is_empty()) {
-            (Some(_), _) => ErrorKind::NotFinite,
-            (None, true) => ErrorKind::Missing,
-            (None, false) => ErrorKind::Syntax,
-        });
+        let error = Error::new(if read.is_some() { ErrorKind::NotFinite } else { ErrorKind::Syntax });
         let error = error.row(row).key(name).expected("a finite number");
         let no_number = |field: &[u8]| !field.is_empty() && decimal(field, self.separator).is_none();
         if row == 2 && record.iter().all(no_number) {
@@ -169,8 +278,7 @@ impl CsvTable {
                 .expected("numbers below one header line")
                 .remedy("delete that line, and state the units in [columns] of recording.toml");
         }
-        let error =
-            if field.is_empty() { error.found("an empty field") } else { error.found(format!("`{field}`")) };
+        let error = error.found(format!("`{field}`"));
         match read {
             None if field.contains(',') => error
                 .remedy("thousands separators are not read; write plain numbers, with a point or a comma"),
@@ -179,52 +287,13 @@ impl CsvTable {
     }
 }
 
-/// Skips a byte-order mark and the comment and empty lines before the header.
-fn header_start(bytes: &[u8]) -> Result<usize> {
-    if bytes.starts_with(b"\xFF\xFE") || bytes.starts_with(b"\xFE\xFF") {
-        return Err(Error::new(ErrorKind::Syntax)
-            .found("UTF-16 text")
-            .expected("UTF-8 or ASCII")
-            .remedy("save the file as UTF-8"));
-    }
-    let mut start = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
-    loop {
-        let rest = bytes.get(start..).unwrap_or_default();
-        let end = rest.iter().position(|byte| *byte == b'\n').map_or(rest.len(), |at| at + 1);
-        let line = rest.get(..end).unwrap_or_default().trim_ascii();
-        if rest.is_empty() || !(line.is_empty() || line.starts_with(b"#")) {
-            return Ok(start);
-        }
-        start += end;
-    }
-}
-
-/// The most frequent of semicolon, tab and comma outside quotes.
-fn separator(header: &[u8]) -> u8 {
-    let mut counts = [(b';', 0), (b'\t', 0), (b',', 0)];
-    let mut quoted = false;
-    for byte in header {
-        quoted ^= *byte == b'"';
-        for (separator, count) in &mut counts {
-            *count += usize::from(!quoted && byte == separator);
-        }
-    }
-    let most = counts.iter().map(|(_, count)| *count).max().unwrap_or(0);
-    counts.iter().find(|(_, count)| *count == most && most > 0).map_or(b',', |(separator, _)| *separator)
-}
-
-/// A number; with a decimal comma where the separator is another sign.
-fn decimal(field: &[u8], separator: u8) -> Option<f64> {
-    const LONGEST: usize = 64;
-    let field = field.trim_ascii();
-    if separator != b',' && field.contains(&b',') && field.len() <= LONGEST {
-        let mut pointed = [0_u8; LONGEST];
-        for (to, from) in pointed.iter_mut().zip(field) {
-            *to = if *from == b',' { b'.' } else { *from };
-        }
-        return std::str::from_utf8(pointed.get(..field.len())?).ok()?.parse().ok();
-    }
-    std::str::from_utf8(field).ok()?.parse().ok()
+fn empty_field(row: u64, name: String) -> Error {
+    Error::new(ErrorKind::Missing)
+        .row(row)
+        .key(name)
+        .found("an empty field")
+        .expected("a finite number")
+        .remedy("repair the row, or split the run there and leave it out")
 }
 
 fn syntax(error: &csv::Error) -> Error {

@@ -4,9 +4,8 @@ use std::path::{Path, PathBuf};
 
 use toml::de::{DeTable, DeValue};
 
-use super::spelling;
 use crate::error::toml_text::{self, line_of};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, spelling};
 
 /// One step of a key path: a key, or an index into an array of tables.
 #[derive(Debug, Clone, Copy)]

@@ -8,9 +8,8 @@ use super::columns::ColumnMap;
 use super::document::{Document, Step};
 use super::range::TimeRange;
 use super::run::Role;
-use super::spelling;
 use crate::confine;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, spelling};
 use crate::units::Motion;
 
 /// The name of the file that makes a folder a recording.
@@ -30,8 +29,10 @@ const MISPLACED: [(&str, &str); 9] = [
     ("offset", "a column: position_m = { offset = 0.1 } in [columns]"),
     ("column", "a column: position_m = { column = \"pos\" } in [columns]"),
 ];
-const KEYS: [&str; 7] = ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
-const RUN_KEYS: [&str; 8] = ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
+pub(super) const KEYS: [&str; 7] =
+    ["sample_period_s", "motion", "machine", "note", "data_folder", "run", "columns"];
+pub(super) const RUN_KEYS: [&str; 8] =
+    ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
 
 /// One `[[run]]`.
 #[derive(Debug)]

@@ -1,5 +1,8 @@
-//! What is recorded, real or simulated alike: runs of signals in SI, read from CSV or Parquet through a
-//! `recording.toml` that says which column is which.
+//! What is recorded, real or simulated alike: runs of signals in SI, read from tables through a `recording.toml` that says
+//! which column is which.
+//!
+//! Tables are text in many layouts, Parquet, TwinCAT Scope exports, MCAP with ROS 2 joint states, MAT and HDF5. A few lost samples are
+//! filled in and reported ([`Run::remarks`]); channels with clocks of their own are read at the instants of the slowest one.
 //!
 //! ```toml
 //! sample_period_s = 250e-6               # optional where the files have a time column
@@ -32,21 +35,30 @@
 //! Rows are counted as an editor does: the header of a CSV file is row 1 (comment lines above it are not
 //! counted); a Parquet file has no header, so its first row is row 1.
 
+mod array_file;
+mod cdr;
 mod columns;
 mod csv_table;
+mod decode;
+mod dialect;
 mod document;
 mod likely;
+mod loaded_table;
+mod lost;
 mod manifest;
+mod mcap_table;
 mod parquet_table;
 mod plausibility;
 mod range;
 mod read;
 mod resolve;
 mod run;
+mod schema;
+mod scope_table;
+mod series;
 mod session;
 mod shared;
 mod signal;
-mod spelling;
 mod split;
 mod table;
 mod timing;
@@ -57,11 +69,14 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 pub use columns::Conversion;
+pub use dialect::Dialect;
 pub use plausibility::{Finding, plausibility};
 pub use run::{FEEDFORWARD_KEY, Role, Run};
+pub use schema::schema;
 pub use session::{BEGIN_KEY, one_after_another};
 pub use signal::{Signal, TIME_KEY};
 pub use split::{HeldOutRuns, SplitRule, TrainingRuns};
+pub use table::TableLayout;
 pub use timing::{PeriodSource, Timing};
 pub use write::{Existing, Format};
 

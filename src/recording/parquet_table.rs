@@ -44,7 +44,7 @@ impl ParquetTable {
     pub(super) fn columns(&self, wanted: &[usize]) -> Result<Columns> {
         let (sha256, values) = rayon::join(|| file_sha256(&self.path), || self.values(wanted));
         let values = values.map_err(|error| error.file(&self.path))?;
-        Ok(Columns { first_row: 1, values, sha256: sha256? })
+        Ok(Columns { first_row: 1, values, sha256: sha256?, remarks: Vec::new() })
     }
 
     fn values(&self, wanted: &[usize]) -> Result<Vec<Vec<f64>>> {

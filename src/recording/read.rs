@@ -7,15 +7,16 @@ use rayon::prelude::*;
 use sha2::{Digest, Sha256};
 
 use super::Recording;
-use super::columns::Conversion;
+use super::columns::{Conversion, Source};
 use super::document::Document;
 use super::likely;
+use super::lost::fill;
 use super::manifest::{FILE_NAME, MOST_BYTES, Manifest, RunEntry};
 use super::plausibility::plausibility;
 use super::resolve::resolve;
 use super::run::{Run, check_measured, hex};
 use super::signal::{Signal, TIME_KEY};
-use super::table::Table;
+use super::table::{Columns, Table};
 use super::timing::Timing;
 use crate::confine::{self, DATA_VARIABLE};
 use crate::error::{Error, ErrorKind, Result};
@@ -146,12 +147,14 @@ struct Reading {
     sha256: String,
     ignored_columns: Vec<String>,
     conversions: Vec<Conversion>,
+    remarks: Vec<String>,
 }
 
 impl Reading {
     fn new(manifest: &Manifest, entry: &RunEntry) -> Result<Self> {
         let table = Table::open(&entry.file)?;
-        let resolved = resolve(&entry.columns, table.names(), &entry.extra_columns)?;
+        let mut resolved = resolve(&entry.columns, table.names(), &entry.extra_columns)?;
+        resolved.adopt_units(table.names(), table.units())?;
         if resolved.time.is_none() && manifest.sample_period_s.is_none() {
             return Err(no_time(table.names()));
         }
@@ -164,35 +167,21 @@ impl Reading {
         if resolved.signals.is_empty() {
             return Err(no_signals(table.names()));
         }
-        let mut columns = table.columns(&places)?;
+        let last = places.len().checked_sub(1).filter(|_| resolved.time.is_some());
+        let mut columns = table.columns(&places, last)?;
         let mut conversions = Vec::new();
         let declared = manifest.sample_period_s;
         let time = resolved.time.as_ref().and_then(|source| Some((source, columns.values.pop()?)));
-        let (timing, start_s, instants_s) = match time {
-            Some((source, mut time_s)) => {
-                source.convert(&mut time_s);
-                conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
-                let used = entry.range.of(time_s.len(), |k| time_s[k])?;
-                columns.cut(used.clone());
-                let timing = Timing::of_column(&time_s[used.clone()], declared, columns.first_row)
-                    .map_err(|error| error.key(source.column.clone()))?;
-                let start_s = time_s.get(used.start).copied().unwrap_or_default();
-                let instants = || time_s[used.clone()].iter().map(|t| t - start_s).collect();
-                let instants_s = timing.is_uneven().then(instants);
-                (timing, start_s, instants_s)
-            }
-            None => {
-                let period = declared.unwrap_or_default();
-                let count = columns.values.first().map_or(0, Vec::len);
-                let used = entry.range.of(count, |k| k as f64 * period)?;
-                columns.cut(used.clone());
-                (Timing::declared(period), used.start as f64 * period, None)
-            }
-        };
+        if let Some((source, _)) = &time {
+            conversions.push(Conversion::new(TIME_KEY, Dimension::Time, source, &entry.name));
+        }
+        let (timing, start_s, instants_s) = timed(time, &mut columns, entry, declared)?;
         let extra = columns.values.split_off(resolved.signals.len());
         let extra_columns = entry.extra_columns.iter().cloned().zip(extra).collect();
         let mut signals = BTreeMap::new();
-        for ((signal, (key, source)), mut samples) in resolved.signals.iter().zip(columns.values) {
+        for ((signal, (key, source)), mut samples) in
+            resolved.signals.iter().zip(std::mem::take(&mut columns.values))
+        {
             source.convert(&mut samples);
             let dimension = signal.dimension(resolved.motion.unwrap_or(Motion::Prismatic));
             likely::check_size(&samples, dimension, columns.first_row)
@@ -208,9 +197,10 @@ impl Reading {
             timing,
             start_s,
             instants_s,
-            sha256: columns.sha256,
+            sha256: std::mem::take(&mut columns.sha256),
             ignored_columns: resolved.ignored,
             conversions,
+            remarks: columns.remarks,
         })
     }
 
@@ -228,12 +218,41 @@ impl Reading {
             run.set_instants_s(instants_s);
         }
         run.ignored_columns = self.ignored_columns;
+        run.remarks = self.remarks;
         Ok(run)
     }
 }
 
+/// Timing, start and, where they are uneven, the instants of a run, with its columns cut to its range and lost samples filled in.
+fn timed(
+    time: Option<(&Source, Vec<f64>)>,
+    columns: &mut Columns,
+    entry: &RunEntry,
+    declared: Option<f64>,
+) -> Result<(Timing, f64, Option<Vec<f64>>)> {
+    let Some((source, mut time_s)) = time else {
+        let period = declared.unwrap_or_default();
+        let count = columns.values.first().map_or(0, Vec::len);
+        let used = entry.range.of(count, |k| k as f64 * period)?;
+        columns.cut(used.clone());
+        return Ok((Timing::declared(period), used.start as f64 * period, None));
+    };
+    source.convert(&mut time_s);
+    let used = entry.range.of(time_s.len(), |k| time_s[k])?;
+    columns.cut(used.clone());
+    time_s.truncate(used.end);
+    time_s.drain(..used.start);
+    columns.remarks.extend(fill(&mut time_s, &mut columns.values, declared, columns.first_row));
+    let timing = Timing::of_column(&time_s, declared, columns.first_row)
+        .map_err(|error| error.key(source.column.clone()))?;
+    let start_s = time_s.first().copied().unwrap_or_default();
+    let instants = || time_s.iter().map(|t| t - start_s).collect();
+    let instants_s = timing.is_uneven().then(instants);
+    Ok((timing, start_s, instants_s))
+}
+
 fn no_time(names: &[String]) -> Error {
-    let hint = super::spelling::hint(TIME_KEY, names.iter().map(String::as_str));
+    let hint = crate::error::spelling::hint(TIME_KEY, names.iter().map(String::as_str));
     Error::new(ErrorKind::Missing)
         .key(TIME_KEY)
         .found(format!("the columns {}", names.join(", ")))

@@ -4,9 +4,11 @@ use std::collections::BTreeMap;
 
 use super::columns::{ColumnMap, Source};
 use super::signal::{Signal, TIME_KEY};
-use super::spelling;
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, spelling};
 use crate::units::{Dimension, Motion};
+
+/// Names of a time column in s: ours, and the one that PlotJuggler writes.
+const TIME_NAMES: [&str; 2] = [TIME_KEY, "__time"];
 
 /// The signals of one file: the mapped ones, and the columns that bear a canonical name.
 #[derive(Debug)]
@@ -15,6 +17,26 @@ pub(super) struct Resolved {
     pub(super) time: Option<Source>,
     pub(super) signals: BTreeMap<Signal, (String, Source)>,
     pub(super) ignored: Vec<String>,
+}
+
+impl Resolved {
+    /// Gives each column the unit that the file states for it, where nothing else says one.
+    ///
+    /// # Errors
+    /// A unit that is unknown, measures something else or contradicts the name of its column.
+    pub(super) fn adopt_units(&mut self, names: &[String], units: &[Option<String>]) -> Result<()> {
+        let motion = self.motion.unwrap_or(Motion::Prismatic);
+        let time = self.time.iter_mut().map(|source| (TIME_KEY, source, Dimension::Time));
+        let signals = self.signals.iter_mut();
+        let signals = signals.map(|(signal, (key, source))| (key.as_str(), source, signal.dimension(motion)));
+        for (key, source, dimension) in time.chain(signals) {
+            let place = names.iter().position(|name| *name == source.column);
+            if let Some(stated) = place.and_then(|place| units.get(place)?.as_ref()) {
+                source.adopt(key, stated, dimension)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Finds the columns of a file that hold signals, and makes sure of the extra ones.
@@ -29,8 +51,8 @@ pub(super) fn resolve(map: &ColumnMap, names: &[String], extra: &[String]) -> Re
             wanted.entry(name.clone()).or_insert_with(|| Source::canonical(name, dimension));
         }
     }
-    let time_there = names.iter().any(|name| name == TIME_KEY);
-    let canonical_time = time_there.then(|| Source::canonical(TIME_KEY, Dimension::Time));
+    let canonical_time = TIME_NAMES.into_iter().find(|known| names.iter().any(|name| name == known));
+    let canonical_time = canonical_time.map(|name| Source::canonical(name, Dimension::Time));
     let time = map.time.clone().or(canonical_time);
     let motion = one_motion(wanted.keys())?;
     let mut used: BTreeMap<String, &str> = BTreeMap::new();

@@ -75,6 +75,8 @@ pub struct Run {
     pub timing: Timing,
     /// Columns of the file that no signal uses.
     pub ignored_columns: Vec<String>,
+    /// What was done at the door beyond taking columns over: the layout read, lost samples filled in, clocks joined.
+    pub remarks: Vec<String>,
 }
 
 impl Run {
@@ -129,6 +131,7 @@ impl Run {
             sha256,
             timing: Timing::declared(sample_period_s),
             ignored_columns: Vec::new(),
+            remarks: Vec::new(),
         })
     }
 

@@ -117,6 +117,32 @@ impl Signal {
         }
     }
 
+    /// What it is, in a sentence or two; positive values act or count along positive position.
+    pub const fn meaning(self) -> &'static str {
+        match self {
+            Self::PositionReference => "The position that the axis was told to have at this sample.",
+            Self::VelocityReference => "The velocity that the axis was told to have at this sample.",
+            Self::TorqueEnabled => {
+                "1 while the drive is enabled, 0 while its bridge is open and the motor exerts nothing."
+            }
+            Self::DisturbanceVoltage => {
+                "Voltage injected between controller and amplifier, as an experimenter's disturbance."
+            }
+            Self::ControlEffort => {
+                "The command given to the amplifier, with an injected disturbance voltage included."
+            }
+            Self::SupplyVoltage => "Supply voltage of an amplifier that is commanded by a duty cycle.",
+            Self::Current => {
+                "Current of the motor; for a synchronous motor the force-producing (quadrature) one."
+            }
+            Self::Thrust => "Force or torque of the motor on the moving part, before friction.",
+            Self::DisturbanceForce => "Force or torque injected at the moving part from outside.",
+            Self::Position => "What the axis' own sensor reads, expressed as the axis coordinate.",
+            Self::Velocity => "Velocity as measured by, or derived in the drive from, the axis' own sensor.",
+            Self::LoadPosition => "What a second sensor at the load (a linear scale, say) reads.",
+        }
+    }
+
     /// The SI unit in which it is kept.
     pub fn si_unit(self, motion: Motion) -> &'static str {
         self.dimension(motion).si_symbol()

@@ -1,10 +1,15 @@
-//! A table file, CSV or Parquet: column names first, then the columns that are wanted.
+//! A table file, text, Parquet or one of other formats: column names first, then the columns that are wanted.
 
 use std::ops::Range;
 use std::path::Path;
 
 use super::csv_table::CsvTable;
+use super::loaded_table::LoadedTable;
 use super::parquet_table::ParquetTable;
+use super::run::hex;
+use super::{array_file, decode, mcap_table, scope_table};
+use sha2::{Digest, Sha256};
+
 use crate::error::{Error, ErrorKind, Result};
 
 /// The columns that were asked for, as they stand in the file.
@@ -16,6 +21,8 @@ pub(super) struct Columns {
     pub(super) values: Vec<Vec<f64>>,
     /// SHA-256 of the file.
     pub(super) sha256: String,
+    /// What was done to read it so, in words; empty where it was plain.
+    pub(super) remarks: Vec<String>,
 }
 
 impl Columns {
@@ -29,15 +36,38 @@ impl Columns {
     }
 }
 
+/// What is in a table file before anything is mapped.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TableLayout {
+    /// What the file was read as, in words.
+    pub format: String,
+    /// The columns, each with the unit that the file states for it.
+    pub columns: Vec<(String, Option<String>)>,
+}
+
+impl TableLayout {
+    /// Looks at a file: text in any layout that is known, Parquet, MCAP, MAT or HDF5.
+    ///
+    /// # Errors
+    /// A file that cannot be opened, or whose header is not understood.
+    pub fn of(path: impl AsRef<Path>) -> Result<Self> {
+        let table = Table::open(path.as_ref())?;
+        let unit = |place: usize| table.units().get(place).cloned().flatten();
+        let columns = table.names().iter().enumerate().map(|(place, name)| (name.clone(), unit(place)));
+        Ok(Self { format: table.format(), columns: columns.collect() })
+    }
+}
+
 /// A table file whose header has been read.
 #[derive(Debug)]
 pub(super) enum Table {
     Csv(CsvTable),
     Parquet(ParquetTable),
+    Loaded(LoadedTable),
 }
 
 impl Table {
-    /// Opens a file by its extension: `.parquet` or `.pq`, else text.
+    /// Opens a file: `.parquet` and `.pq` by their extension, others by their first bytes.
     pub(super) fn open(path: &Path) -> Result<Self> {
         if !path.is_file() {
             return Err(Error::new(ErrorKind::Missing)
@@ -58,7 +88,25 @@ impl Table {
         let extension = path.extension().map(|text| text.to_string_lossy().to_lowercase());
         match extension.as_deref() {
             Some("parquet" | "pq") => ParquetTable::open(path).map(Self::Parquet),
-            _ => CsvTable::open(path).map(Self::Csv),
+            _ => text(path).map_err(|error| error.file(path)),
+        }
+    }
+
+    /// What the file was read as.
+    pub(super) fn format(&self) -> String {
+        match self {
+            Self::Csv(table) => table.format(),
+            Self::Parquet(_) => "Parquet".to_owned(),
+            Self::Loaded(table) => table.format().to_owned(),
+        }
+    }
+
+    /// The units that the file states, by column; shorter than the names where it states none for the last ones.
+    pub(super) fn units(&self) -> &[Option<String>] {
+        match self {
+            Self::Csv(table) => table.units(),
+            Self::Parquet(_) => &[],
+            Self::Loaded(table) => table.units(),
         }
     }
 
@@ -67,16 +115,44 @@ impl Table {
         match self {
             Self::Csv(table) => table.names(),
             Self::Parquet(table) => table.names(),
+            Self::Loaded(table) => table.names(),
         }
     }
 
-    /// Reads the columns at the given places.
-    pub(super) fn columns(&self, wanted: &[usize]) -> Result<Columns> {
+    /// Reads the columns at the given places, of which one may be the time.
+    pub(super) fn columns(&self, wanted: &[usize], time: Option<usize>) -> Result<Columns> {
         match self {
-            Self::Csv(table) => table.columns(wanted),
+            Self::Csv(table) => table.columns(wanted, time),
             Self::Parquet(table) => table.columns(wanted),
+            Self::Loaded(table) => table.columns(wanted),
         }
     }
+}
+
+/// What a file is, its first bytes tell: MCAP, MAT, HDF5, else text in any encoding, packed or not.
+fn text(path: &Path) -> Result<Table> {
+    let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+    let sha256 = |bytes: &[u8]| {
+        let mut hash = Sha256::new();
+        hash.update(bytes);
+        hex(hash)
+    };
+    // Plain text is hashed while it is read.
+    let plain = std::str::from_utf8(&bytes).is_ok();
+    let hash = (!plain).then(|| sha256(&bytes));
+    if bytes.starts_with(mcap_table::MAGIC) {
+        return mcap_table::read(path, &bytes, sha256(&bytes)).map(Table::Loaded);
+    }
+    if array_file::is_array_file(&bytes) {
+        let hash = sha256(&bytes);
+        return array_file::read(path, bytes, hash).map(Table::Loaded);
+    }
+    let (text, encoding) = decode::utf8(decode::unpacked(bytes)?);
+    if scope_table::is_scope(&text) {
+        let hash = hash.unwrap_or_else(|| sha256(&text));
+        return scope_table::read(path, &text, hash).map(Table::Loaded);
+    }
+    CsvTable::new(path, text, hash, encoding).map(Table::Csv)
 }
 
 /// The refusal of a file without a single row.

@@ -150,7 +150,7 @@ impl Timing {
 }
 
 /// The mean interval, gaps left aside; to 12 digits, so that decimal time stamps give a decimal period.
-fn measured_period(time_s: &[f64]) -> Option<f64> {
+pub(super) fn measured_period(time_s: &[f64]) -> Option<f64> {
     /// Between the 1.5 medians that time stamps rounded to a coarse clock reach and the 2 of a lost sample.
     const LONG_MEDIANS: f64 = 1.75;
     let (first, last) = (time_s.first()?, time_s.last()?);

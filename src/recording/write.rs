@@ -5,8 +5,9 @@ use std::path::{Component, Path, PathBuf};
 
 use super::manifest::{FILE_NAME, Manifest};
 use super::run::Run;
+use super::signal::Signal;
 use super::signal::TIME_KEY;
-use super::{Recording, parquet_table};
+use super::{Recording, mcap_table, parquet_table};
 use crate::error::{Error, ErrorKind, Result};
 use crate::whole::{Build, probe};
 
@@ -20,6 +21,8 @@ pub enum Format {
     Csv,
     /// Parquet with 64-bit floats.
     Parquet,
+    /// MCAP with ROS 2 messages: position, velocity and force as joint states, other signals as numbers.
+    Mcap,
 }
 
 impl Format {
@@ -27,6 +30,7 @@ impl Format {
         match self {
             Self::Csv => "csv",
             Self::Parquet => "parquet",
+            Self::Mcap => "mcap",
         }
     }
 }
@@ -112,11 +116,25 @@ fn run_table(run: &Run, format: Format) -> toml::Table {
         let names: Vec<toml::Value> = run.extra_columns().keys().map(|name| name.as_str().into()).collect();
         table.insert("extra_columns".into(), names.into());
     }
+    if format == Format::Mcap {
+        table.insert("columns".into(), mcap_columns(run).into());
+        let channels = run.extra_columns().keys().map(|name| mcap_table::extra_channel(name).into());
+        if !run.extra_columns().is_empty() {
+            table.insert("extra_columns".into(), toml::Value::Array(channels.collect()));
+        }
+    }
     if !run.settings.is_empty() {
         let settings: toml::Table = run.settings.clone().into_iter().collect();
         table.insert("set".into(), settings.into());
     }
     table
+}
+
+/// Which channel of an MCAP file holds which signal.
+fn mcap_columns(run: &Run) -> toml::Table {
+    let row =
+        |signal: &Signal| (signal.key(run.motion()).to_owned(), mcap_table::channel(*signal, run).into());
+    run.signals().keys().map(row).collect()
 }
 
 /// Columns of a run as they are written: time first, then signals in signal-path order, then the extra ones.
@@ -129,6 +147,7 @@ fn write_run(run: &Run, path: &Path, format: Format) -> Result<()> {
         Format::Parquet => {
             parquet_table::write(path, columns.map(|(name, samples)| (name, samples.clone())).collect())
         }
+        Format::Mcap => mcap_table::write(path, run),
         Format::Csv => {
             let columns: Vec<(&str, &[f64])> = columns.map(|(name, samples)| (name, &samples[..])).collect();
             write_csv(path, &columns).map_err(|error| Error::io(path, &error))

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub use velocity::{VelocityEstimate, VelocityMemory};
 
 /// End of the drive train that a sensor sees: the same thing where motor and load are one rigid body.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum End {
     /// The moving part itself.
@@ -23,7 +23,7 @@ pub enum End {
 ///
 /// # Model
 /// As [`Encoder`]. Its zero is its own: a constant difference to the encoder means nothing.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadSensor {
     /// Step of the reading in m, or rad for a revolute axis; 0: none.
@@ -55,7 +55,7 @@ pub fn rounded(value: f64, step: f64) -> f64 {
 /// # Model
 /// `reading = step · round((q + noise)/step)`, noise white Gaussian with the stated σ; a step of zero
 /// leaves the reading unrounded.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Encoder {
     /// Step of the reading in m, or rad for a revolute axis; 0: none.
@@ -79,7 +79,7 @@ impl Encoder {
 }
 
 /// Current sensor: additive white Gaussian noise.
-#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct CurrentSensor {
     /// σ of the noise in A.

@@ -15,7 +15,7 @@ use crate::units::largest;
 ///   (unit slope), which is checked. `[1, −1]` is the plain difference, `[0.5, 0, −0.5]` the difference
 ///   of the two-sample mean, `[0.3, 0.1, −0.1, −0.3]` the four-point least-squares slope. With a time constant,
 ///   the sum is smoothed like the difference above.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 pub enum VelocityEstimate {
     /// First-order smoothing of the difference of two readings.

@@ -145,6 +145,13 @@ fn columns(recording: &Recording, out: &mut dyn Write) -> Result<(), Failure> {
         let runs = if all { "all runs".to_owned() } else { conversion.runs.join(", ") };
         writeln!(out, "  {conversion}  ({runs})")?;
     }
+    let remarked: Vec<&Run> = recording.runs().iter().filter(|run| !run.remarks.is_empty()).collect();
+    if !remarked.is_empty() {
+        writeln!(out, "\nread")?;
+    }
+    for run in remarked {
+        writeln!(out, "  {}: {}", run.name(), run.remarks.join("; "))?;
+    }
     let ignored: std::collections::BTreeSet<&str> =
         recording.runs().iter().flat_map(|run| run.ignored_columns.iter().map(String::as_str)).collect();
     if !ignored.is_empty() {
