@@ -189,6 +189,21 @@ fn recorded(machine: &Machine, session: &Session) -> (Vec<Run>, Recording) {
     (runs, Recording::read(&place).unwrap())
 }
 
+/// Both sides of a single run are stretches of it that begin at rest.
+fn single_run_is_cut(groups: &[Vec<&TrialRun>], recording: &Recording, machine: &Machine) {
+    assert_eq!(groups.len(), 1);
+    let split = recording.split_within(SplitRule::default(), usize::MAX).unwrap();
+    let cut = split.cut.unwrap();
+    assert!(!cut.in_motion && cut.one_sided.is_empty(), "{cut:?}");
+    let whole = recording.runs()[0].len() as f64;
+    let held_out: usize = split.held_out.runs().iter().map(Run::len).sum();
+    assert!((0.15..0.5).contains(&(held_out as f64 / whole)), "{cut:?}");
+    for run in split.training.runs().iter().chain(split.held_out.runs()) {
+        let prepared = Experiment::new(run, machine).unwrap();
+        assert_eq!(prepared.recorded().start().velocity, 0.0, "{}", run.name());
+    }
+}
+
 /// A diagnosis reads and prepares a session of every layout, and shares its runs out as the gauge of sizes does.
 #[test]
 fn exact_a_session_of_every_layout_is_prepared_without_refusal() {
@@ -206,7 +221,7 @@ fn exact_a_session_of_every_layout_is_prepared_without_refusal() {
             }
             let groups = shared_out(&session.runs, logged).unwrap();
             if layout == Layout::SingleRun {
-                assert!(groups.len() == 1 && recording.split(SplitRule::default()).is_err());
+                single_run_is_cut(&groups, &recording, &machine);
                 continue;
             }
             let (training, held_out) = recording.split(SplitRule::default()).unwrap();

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use slideway::diagnose::{Diagnosis, Options, Verdict, compare, diagnose, improved};
+use slideway::diagnose::{Diagnosis, MOST_SAMPLES, Options, Verdict, compare, diagnose, improved};
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
@@ -52,6 +52,9 @@ pub(super) struct Diagnose {
     /// Effect, or group of effects, that the machine cannot have, struck from the catalogue; may be given several times
     #[arg(long, value_name = "EFFECT", value_parser = named())]
     without: Vec<Named>,
+    /// Work on at most about so many samples: of more, the stretches that hold most of the motion
+    #[arg(long, value_name = "N", default_value_t = MOST_SAMPLES, value_parser = most_samples)]
+    most_samples: usize,
     /// Write the verdict as JSON, schema slideway-diagnosis/1; - for standard output instead of the report
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
@@ -179,13 +182,24 @@ impl Diagnose {
             spinner.inc(1);
             spinner.set_message(hypothesis.to_owned());
         };
-        let options = Options { catalogue: &catalogue, progress: &progress };
+        let options = Options { catalogue: &catalogue, progress: &progress, most_samples: self.most_samples };
         let ended = match reference {
             Some(reference) => compare(machine, reference, recording, &options),
             None => diagnose(machine, recording, &options),
         };
         spinner.finish_and_clear();
         ended.map_err(|error| error.file(&recording.path))
+    }
+}
+
+/// Fewer samples hold no motion and its counterpart.
+const FEWEST_SAMPLES: usize = 2_000;
+
+fn most_samples(text: &str) -> Result<usize, String> {
+    let number = text.parse::<usize>().map_err(|error| error.to_string())?;
+    match number >= FEWEST_SAMPLES {
+        true => Ok(number),
+        false => Err(format!("expected at least {FEWEST_SAMPLES}")),
     }
 }
 

@@ -33,11 +33,14 @@
 //! counted); a Parquet file has no header, so its first row is row 1.
 
 mod columns;
+mod coverage;
 mod csv_table;
 mod document;
 mod manifest;
 mod parquet_table;
+mod pieces;
 mod plausibility;
+mod profile;
 mod range;
 mod read;
 mod resolve;
@@ -55,11 +58,12 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 pub use columns::Conversion;
+pub use pieces::{Cut, Samples};
 pub use plausibility::{Finding, plausibility};
 pub use run::{FEEDFORWARD_KEY, Role, Run};
 pub use session::{BEGIN_KEY, one_after_another};
 pub use signal::{Signal, TIME_KEY};
-pub use split::{HeldOutRuns, SplitRule, TrainingRuns};
+pub use split::{HeldOutRuns, Split, SplitRule, TrainingRuns};
 pub use timing::{PeriodSource, Timing};
 pub(crate) use write::swap_in;
 pub use write::{Existing, Format};

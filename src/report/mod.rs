@@ -21,6 +21,7 @@ mod place;
 mod printed;
 mod sentence;
 pub mod sheet;
+pub mod stretches;
 pub mod swept;
 mod terminal;
 mod tuned;
