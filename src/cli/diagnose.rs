@@ -10,7 +10,7 @@ use slideway::diagnose::{Diagnosis, MOST_SAMPLES, Options, Verdict, compare, dia
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
-use slideway::recording::Recording;
+use slideway::recording::{MappedColumn, Recording};
 use slideway::report::figure::svg;
 use slideway::report::material::Material;
 use slideway::report::{html, sentence, terminal};
@@ -18,7 +18,7 @@ use slideway::report::{html, sentence, terminal};
 use super::effects::{Named, named};
 use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
-use super::subject::{check_motion, machine_of};
+use super::subject::{check_motion, machine_of, read};
 use super::{Failure, Screen, style};
 
 /// Exit code with `--exit-code` when there is a gap, as `diff` has it.
@@ -30,16 +30,20 @@ const GAP_FOUND: u8 = 1;
 #[command(
     after_help = "Exit codes: 0 done, 2 bad input; with --exit-code 1 when there is a gap.\n\nExamples:\n  \
                         slideway diagnose recordings/LOG\n  \
+                        slideway diagnose log.csv --machine models/MACHINE --map 'pos_act=position_m:mm'\n  \
                         slideway diagnose recordings/AFTER --reference recordings/BEFORE\n  \
                         slideway diagnose recordings/LOG --machine models/MACHINE --json verdict.json"
 )]
 pub(super) struct Diagnose {
-    /// Recording: a folder with recording.toml, or such a file
-    #[arg(required_unless_present = "named")]
-    recording: Option<PathBuf>,
+    /// Recording: a folder with recording.toml, or such a file; or with --machine bare logs: CSV or Parquet files, or a folder of them
+    #[arg(required_unless_present = "named", value_name = "RECORDING|LOG")]
+    recordings: Vec<PathBuf>,
     /// The recording again, by name: --reference BEFORE --recording AFTER
-    #[arg(long = "recording", id = "named", value_name = "DIR|FILE", conflicts_with = "recording")]
+    #[arg(long = "recording", id = "named", value_name = "DIR|FILE", conflicts_with = "recordings")]
     named: Option<PathBuf>,
+    /// What a column of a bare log holds, where its header does not tell or is misread; - for nothing; may be given several times
+    #[arg(long = "map", value_name = "COLUMN=SIGNAL:UNIT")]
+    maps: Vec<MappedColumn>,
     /// Recording of the same machine before: the causes are then what changed since
     #[arg(long, value_name = "DIR|FILE")]
     reference: Option<PathBuf>,
@@ -92,10 +96,13 @@ impl Diagnose {
         ];
         check_apart(&places)?;
         self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
-        let path = self.recording.as_ref().or(self.named.as_ref());
-        let recording = Recording::read(path.map_or(Path::new("."), PathBuf::as_path))?;
+        let named: Vec<PathBuf> = self.named.iter().cloned().collect();
+        let paths = if self.recordings.is_empty() { &named } else { &self.recordings };
+        let recording = read(paths, self.machine.as_deref(), &self.maps)?;
         let machine = self.machine(&recording)?;
-        let reference = self.reference.as_ref().map(Recording::read).transpose()?;
+        let before = self.reference.as_ref();
+        let before = before.map(|path| read(std::slice::from_ref(path), self.machine.as_deref(), &self.maps));
+        let reference = before.transpose()?;
         if let Some(reference) = &reference {
             check_motion(&machine, reference)?;
         }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
 
+use super::dialect::Layout;
 use super::run::hex;
 use super::table::{Columns, no_rows};
 use crate::error::{Error, ErrorKind, Result};
@@ -22,6 +23,8 @@ pub(super) struct CsvTable {
     start: usize,
     separator: u8,
     names: Vec<String>,
+    /// The row below the header, where it holds units.
+    units: Option<Vec<String>>,
 }
 
 impl CsvTable {
@@ -30,12 +33,27 @@ impl CsvTable {
         Self::new(path, bytes).map_err(|error| error.file(path))
     }
 
+    /// A file that may have a preamble above its header and a row of units below it.
+    pub(super) fn open_bare(path: &Path) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+        let layout = header_start(&bytes).map(|start| Layout::of(&bytes, start));
+        match layout.map_err(|error| error.file(path))? {
+            Some(layout) => Self::laid_out(path, bytes, layout).map_err(|error| error.file(path)),
+            None => Self::new(path, bytes).map_err(|error| error.file(path)),
+        }
+    }
+
     fn new(path: &Path, bytes: Vec<u8>) -> Result<Self> {
         let start = header_start(&bytes)?;
         let body = bytes.get(start..).unwrap_or_default();
         let line = body.split(|byte| *byte == b'\n').next().unwrap_or_default();
         let separator = separator(line);
-        let mut table = Self { path: path.to_path_buf(), start, separator, names: Vec::new(), bytes };
+        Self::laid_out(path, bytes, Layout { start, separator, units: None })
+    }
+
+    fn laid_out(path: &Path, bytes: Vec<u8>, layout: Layout) -> Result<Self> {
+        let Layout { start, separator, units } = layout;
+        let mut table = Self { path: path.to_path_buf(), start, separator, names: Vec::new(), units, bytes };
         let mut header = csv::ByteRecord::new();
         let read = table.reader().read_byte_record(&mut header);
         if !read.map_err(|error| syntax(&error))? {
@@ -69,6 +87,10 @@ impl CsvTable {
         &self.names
     }
 
+    pub(super) fn units(&self) -> Option<&[String]> {
+        self.units.as_deref()
+    }
+
     pub(super) fn columns(&self, wanted: &[usize]) -> Result<Columns> {
         let hash = || {
             let mut hash = Sha256::new();
@@ -77,7 +99,7 @@ impl CsvTable {
         };
         let (sha256, values) = rayon::join(hash, || self.values(wanted));
         let values = values.map_err(|error| error.file(&self.path))?;
-        Ok(Columns { first_row: 2, values, sha256 })
+        Ok(Columns { first_row: 2 + u64::from(self.units.is_some()), values, sha256 })
     }
 
     fn values(&self, wanted: &[usize]) -> Result<Vec<Vec<f64>>> {
@@ -88,6 +110,11 @@ impl CsvTable {
         let guess = self.bytes.len() / row_bytes;
         let mut values: Vec<Vec<f64>> = wanted.iter().map(|_| Vec::with_capacity(guess)).collect();
         let mut row = 1;
+        if self.units.is_some() {
+            row += 1;
+            reader.read_byte_record(&mut record).map_err(|error| syntax(&error))?;
+        }
+        let head = row;
         while reader.read_byte_record(&mut record).map_err(|error| syntax(&error))? {
             row += 1;
             self.check_shape(&record, row)?;
@@ -99,7 +126,7 @@ impl CsvTable {
                 }
             }
         }
-        if row == 1 { Err(no_rows()) } else { Ok(values) }
+        if row == head { Err(no_rows()) } else { Ok(values) }
     }
 
     /// Rows have as many fields as the header, and no empty line stands between them (it would shift the
@@ -179,7 +206,7 @@ fn header_start(bytes: &[u8]) -> Result<usize> {
 }
 
 /// The most frequent of semicolon, tab and comma outside quotes.
-fn separator(header: &[u8]) -> u8 {
+pub(super) fn separator(header: &[u8]) -> u8 {
     let mut counts = [(b';', 0), (b'\t', 0), (b',', 0)];
     let mut quoted = false;
     for byte in header {
@@ -193,7 +220,7 @@ fn separator(header: &[u8]) -> u8 {
 }
 
 /// A number; with a decimal comma where the separator is another sign.
-fn decimal(field: &[u8], separator: u8) -> Option<f64> {
+pub(super) fn decimal(field: &[u8], separator: u8) -> Option<f64> {
     const LONGEST: usize = 64;
     let field = field.trim_ascii();
     if separator != b',' && field.contains(&b',') && field.len() <= LONGEST {

@@ -32,6 +32,8 @@ pub(super) struct RunEntry {
     pub(super) columns: ColumnMap,
     pub(super) extra_columns: Vec<String>,
     pub(super) range: TimeRange,
+    /// Whether the file is a bare log, with a preamble and a row of units perhaps.
+    pub(super) is_bare: bool,
 }
 
 /// A read and checked `recording.toml`; paths are resolved.
@@ -46,6 +48,21 @@ pub(super) struct Manifest {
 }
 
 impl Manifest {
+    /// What a `recording.toml` would say of bare logs.
+    pub(super) fn bare(
+        path: PathBuf,
+        motion: Motion,
+        sample_period_s: Option<f64>,
+        note: String,
+        runs: Vec<RunEntry>,
+    ) -> Result<Self> {
+        let document = Document::parse(&path, String::new())?;
+        let manifest =
+            Self { document, sample_period_s, motion: Some(motion), machine: None, note: Some(note), runs };
+        manifest.check_names()?;
+        Ok(manifest)
+    }
+
     /// Checks a parsed document. `data_variable` is the content of the environment variable, if set.
     pub(super) fn new(document: Document, data_variable: Option<OsString>) -> Result<Self> {
         if let Some(name) = document.values.keys().find(|name| !KEYS.contains(&name.as_str())) {
@@ -181,7 +198,18 @@ fn read_run(
     let metadata = metadata.map(|(key, value)| (key.clone(), value.clone())).collect();
     let extra_columns = read_extra_columns(document, &at("extra_columns"), table)?;
     let range = TimeRange::read(document, &base, table)?;
-    Ok(RunEntry { index, name, file: path, role, settings, metadata, columns, extra_columns, range })
+    Ok(RunEntry {
+        index,
+        name,
+        file: path,
+        role,
+        settings,
+        metadata,
+        columns,
+        extra_columns,
+        range,
+        is_bare: false,
+    })
 }
 
 fn read_extra_columns(document: &Document, steps: &[Step<'_>], table: &toml::Table) -> Result<Vec<String>> {

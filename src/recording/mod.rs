@@ -35,8 +35,11 @@
 mod columns;
 mod coverage;
 mod csv_table;
+mod dialect;
 mod document;
+mod log;
 mod manifest;
+mod meaning;
 mod parquet_table;
 mod pieces;
 mod plausibility;
@@ -58,6 +61,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 pub use columns::Conversion;
+pub use log::{LogContext, MappedColumn};
 pub use pieces::{Cut, Samples};
 pub use plausibility::{Finding, plausibility};
 pub use run::{FEEDFORWARD_KEY, Role, Run};

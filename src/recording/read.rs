@@ -32,7 +32,11 @@ pub(super) enum Content {
 }
 
 pub(super) fn recording(path: &Path, content: Content) -> Result<Recording> {
-    let manifest = Manifest::load(&manifest_path(path)?, std::env::var_os(DATA_VARIABLE))?;
+    assembled(Manifest::load(&manifest_path(path)?, std::env::var_os(DATA_VARIABLE))?, content)
+}
+
+/// Reads the runs that a manifest names.
+pub(super) fn assembled(manifest: Manifest, content: Content) -> Result<Recording> {
     let read: Vec<Result<Reading>> = manifest
         .runs
         .par_iter()
@@ -152,7 +156,7 @@ struct Reading {
 
 impl Reading {
     fn new(manifest: &Manifest, entry: &RunEntry) -> Result<Self> {
-        let table = Table::open(&entry.file)?;
+        let table = if entry.is_bare { Table::open_bare(&entry.file)? } else { Table::open(&entry.file)? };
         let resolved = resolve(&entry.columns, table.names(), &entry.extra_columns)?;
         if resolved.time.is_none() && manifest.sample_period_s.is_none() {
             return Err(no_time(table.names()));

@@ -49,10 +49,25 @@ impl Table {
                      which the environment variable SLIDEWAY_DATA overrides",
                 ));
         }
-        let extension = path.extension().map(|text| text.to_string_lossy().to_lowercase());
-        match extension.as_deref() {
-            Some("parquet" | "pq") => ParquetTable::open(path).map(Self::Parquet),
-            _ => CsvTable::open(path).map(Self::Csv),
+        match is_parquet(path) {
+            true => ParquetTable::open(path).map(Self::Parquet),
+            false => CsvTable::open(path).map(Self::Csv),
+        }
+    }
+
+    /// The same of a file that may have a preamble above its header and a row of units below it.
+    pub(super) fn open_bare(path: &Path) -> Result<Self> {
+        match path.is_file() && !is_parquet(path) {
+            true => CsvTable::open_bare(path).map(Self::Csv),
+            false => Self::open(path),
+        }
+    }
+
+    /// The units of the columns, where a row of the file states them.
+    pub(super) fn units(&self) -> Option<&[String]> {
+        match self {
+            Self::Csv(table) => table.units(),
+            Self::Parquet(_) => None,
         }
     }
 
@@ -71,6 +86,11 @@ impl Table {
             Self::Parquet(table) => table.columns(wanted),
         }
     }
+}
+
+fn is_parquet(path: &Path) -> bool {
+    let extension = path.extension().map(|text| text.to_string_lossy().to_lowercase());
+    matches!(extension.as_deref(), Some("parquet" | "pq"))
 }
 
 /// The refusal of a file without a single row.
