@@ -1,4 +1,5 @@
 //! Bare logs: columns understood by their headers, refused where they could mean two things.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::error::{Error, ErrorKind};
 use slideway::recording::{LogContext, MappedColumn, Recording, Signal};

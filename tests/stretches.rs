@@ -1,4 +1,5 @@
 //! A single run is cut at standstills; of a long recording the stretches are used that hold most of its motion.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use proptest::prelude::*;
 use slideway::error::ErrorKind;

@@ -215,7 +215,6 @@ impl<'a> Ready<'a> {
             _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
             _ => Some(shape::shape(&improved, &self.held_out, floor)?),
         };
-        let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
             verdict,
@@ -232,18 +231,24 @@ impl<'a> Ready<'a> {
             not_examined: Vec::new(),
             ruled_out: cut::ruled_out(options.catalogue, &self.clean, &self.training),
             checks: self.findings(chosen),
-            data: verdict::Data {
-                machine: self.machine.description().name.clone(),
-                training: names(&self.training),
-                held_out: names(&self.held_out),
-                sha256: recording.sha256(),
-                note: recording.note.clone(),
-                cut: split.cut.clone(),
-                samples: split.samples,
-            },
+            data: self.data(recording, split),
             reference: None,
             version: env!("CARGO_PKG_VERSION"),
         })
+    }
+
+    /// What was diagnosed.
+    fn data(&self, recording: &Recording, split: &Split) -> verdict::Data {
+        let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
+        verdict::Data {
+            machine: self.machine.description().name.clone(),
+            training: names(&self.training),
+            held_out: names(&self.held_out),
+            sha256: recording.sha256(),
+            note: recording.note.clone(),
+            cut: split.cut.clone(),
+            samples: split.samples,
+        }
     }
 
     /// What is to be known of the data.
