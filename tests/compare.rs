@@ -116,9 +116,11 @@ fn exact_improved_machine_has_causes_and_calibration() {
 }
 
 #[test]
-fn exact_reference_of_a_single_run_is_refused() {
+fn exact_reference_of_runs_for_training_alone_is_refused() {
     let whole = recording(&[(COULOMB, 15.0)], 60);
-    let single = Recording::new(whole.runs()[..1].to_vec()).unwrap();
+    let mut run = whole.runs()[0].clone();
+    run.role = Some(Role::Training);
+    let single = Recording::new(vec![run]).unwrap();
     let error = compare(&machine(), &single, &whole, &Options::default()).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::TooLittleData);
 }

@@ -364,9 +364,10 @@ fn exact_swapped_unit_is_refused() {
 }
 
 #[test]
-fn exact_single_run_is_refused() {
+fn exact_single_run_that_stands_is_refused() {
     let desk = Desk::new(&["0.02@8"]);
-    desk.refused(&[], &["recording.toml", "`run`", "a single run", "record a second run"]);
+    desk.edit("recording.toml", |text| text.replace("[[run]]", "[[run]]\nto_s = 0.03"));
+    desk.refused(&[], &["recording.toml", "`run`", "a single run", "record a longer run"]);
 }
 
 #[test]

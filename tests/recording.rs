@@ -945,7 +945,10 @@ fn exact_one_sided_split_is_refused() {
     let split = |runs: Vec<Run>| Recording::new(runs).unwrap().split(SplitRule::default());
     let error = split(numbered(1)).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::TooLittleData);
-    assert!(error.to_string().contains("cut this one at a standstill"), "{error}");
+    assert!(error.to_string().contains("record a longer run"), "{error}");
+    let mut single = numbered(1);
+    single[0].role = Some(Role::Training);
+    assert!(split(single).unwrap_err().to_string().contains("leave `role` out"));
     for role in [Role::Training, Role::HeldOut] {
         let mut runs = numbered(3);
         runs.iter_mut().for_each(|run| run.role = Some(role));

@@ -9,6 +9,7 @@ use slideway::diagnose::verdict::{
     SignalGap, Verdict, Where,
 };
 use slideway::machine::Machine;
+use slideway::recording::Samples;
 use slideway::report::{Style, terminal};
 use slideway::units::Motion;
 use std::collections::BTreeMap;
@@ -160,6 +161,8 @@ fn diagnosis() -> Diagnosis {
             held_out: names(&["c"]),
             sha256: "0".repeat(64),
             note: Some("simulated, not measured; hidden: effect.coulomb_friction.force_n = 15".to_owned()),
+            cut: None,
+            samples: Samples { used: 9000, recorded: 9000, most: 40_000, stretches: 3 },
         },
         reference: None,
         version: "0.1.0",

@@ -6,11 +6,11 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use slideway::diagnose::{Diagnosis, Options, Verdict, compare, diagnose, improved};
+use slideway::diagnose::{Diagnosis, MOST_SAMPLES, Options, Verdict, compare, diagnose, improved};
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
-use slideway::recording::Recording;
+use slideway::recording::{MappedColumn, Recording};
 use slideway::report::figure::svg;
 use slideway::report::material::Material;
 use slideway::report::{html, sentence, terminal};
@@ -19,7 +19,7 @@ use super::effects::{Named, named};
 use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
 use super::stability::stability;
-use super::subject::{check_motion, machine_of};
+use super::subject::{check_motion, machine_of, read};
 use super::{Failure, Screen, style};
 
 /// Exit code with `--exit-code` when there is a gap, as `diff` has it.
@@ -31,16 +31,20 @@ const GAP_FOUND: u8 = 1;
 #[command(
     after_help = "Exit codes: 0 done, 2 bad input; with --exit-code 1 when there is a gap.\n\nExamples:\n  \
                         slideway diagnose recordings/LOG\n  \
+                        slideway diagnose log.csv --machine models/MACHINE --map 'pos_act=position_m:mm'\n  \
                         slideway diagnose recordings/AFTER --reference recordings/BEFORE\n  \
                         slideway diagnose recordings/LOG --machine models/MACHINE --json verdict.json"
 )]
 pub(super) struct Diagnose {
-    /// Recording: a folder with recording.toml, or such a file
-    #[arg(required_unless_present = "named")]
-    recording: Option<PathBuf>,
+    /// Recording: a folder with recording.toml, or such a file; or with --machine bare logs: CSV or Parquet files, or a folder of them
+    #[arg(required_unless_present = "named", value_name = "RECORDING|LOG")]
+    recordings: Vec<PathBuf>,
     /// The recording again, by name: --reference BEFORE --recording AFTER
-    #[arg(long = "recording", id = "named", value_name = "DIR|FILE", conflicts_with = "recording")]
+    #[arg(long = "recording", id = "named", value_name = "DIR|FILE", conflicts_with = "recordings")]
     named: Option<PathBuf>,
+    /// What a column of a bare log holds, where its header does not tell or is misread; - for nothing; may be given several times
+    #[arg(long = "map", value_name = "COLUMN=SIGNAL:UNIT")]
+    maps: Vec<MappedColumn>,
     /// Recording of the same machine before: the causes are then what changed since
     #[arg(long, value_name = "DIR|FILE")]
     reference: Option<PathBuf>,
@@ -53,6 +57,9 @@ pub(super) struct Diagnose {
     /// Effect, or group of effects, that the machine cannot have, struck from the catalogue; may be given several times
     #[arg(long, value_name = "EFFECT", value_parser = named())]
     without: Vec<Named>,
+    /// Work on at most about so many samples: of more, the stretches that hold most of the motion
+    #[arg(long, value_name = "N", default_value_t = MOST_SAMPLES, value_parser = most_samples)]
+    most_samples: usize,
     /// Write the verdict as JSON, schema slideway-diagnosis/1; - for standard output instead of the report
     #[arg(long, value_name = "FILE|-")]
     json: Option<PathBuf>,
@@ -92,10 +99,13 @@ impl Diagnose {
         ];
         check_apart(&places)?;
         self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
-        let path = self.recording.as_ref().or(self.named.as_ref());
-        let recording = Recording::read(path.map_or(Path::new("."), PathBuf::as_path))?;
+        let named: Vec<PathBuf> = self.named.iter().cloned().collect();
+        let paths = if self.recordings.is_empty() { &named } else { &self.recordings };
+        let recording = read(paths, self.machine.as_deref(), &self.maps)?;
         let machine = self.machine(&recording)?;
-        let reference = self.reference.as_ref().map(Recording::read).transpose()?;
+        let before = self.reference.as_ref();
+        let before = before.map(|path| read(std::slice::from_ref(path), self.machine.as_deref(), &self.maps));
+        let reference = before.transpose()?;
         if let Some(reference) = &reference {
             check_motion(&machine, reference)?;
         }
@@ -187,13 +197,24 @@ impl Diagnose {
             spinner.inc(1);
             spinner.set_message(hypothesis.to_owned());
         };
-        let options = Options { catalogue: &catalogue, progress: &progress };
+        let options = Options { catalogue: &catalogue, progress: &progress, most_samples: self.most_samples };
         let ended = match reference {
             Some(reference) => compare(machine, reference, recording, &options),
             None => diagnose(machine, recording, &options),
         };
         spinner.finish_and_clear();
         ended.map_err(|error| error.file(&recording.path))
+    }
+}
+
+/// Fewer samples hold no motion and its counterpart.
+const FEWEST_SAMPLES: usize = 2_000;
+
+fn most_samples(text: &str) -> Result<usize, String> {
+    let number = text.parse::<usize>().map_err(|error| error.to_string())?;
+    match number >= FEWEST_SAMPLES {
+        true => Ok(number),
+        false => Err(format!("expected at least {FEWEST_SAMPLES}")),
     }
 }
 

@@ -1,10 +1,49 @@
 //! The machine that a recording is of.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
-use slideway::recording::{Recording, Run};
+use slideway::recording::{LogContext, MappedColumn, Recording, Run};
+
+/// A recording, or bare logs of a machine with their columns mapped.
+pub(super) fn read(
+    paths: &[PathBuf],
+    machine: Option<&Path>,
+    maps: &[MappedColumn],
+) -> Result<Recording, Error> {
+    let are_bare = paths.len() > 1 || paths.iter().any(|path| Recording::is_bare(path));
+    if !are_bare {
+        if let Some(path) = paths.first().filter(|_| !maps.is_empty()) {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .file(path)
+                .key("--map")
+                .found("a recording, which says itself what its columns hold")
+                .expected("a bare log")
+                .remedy("map the columns under [columns] of its recording.toml"));
+        }
+        return Recording::read(paths.first().map_or(Path::new("."), PathBuf::as_path));
+    }
+    if let Some(path) = paths.iter().find(|path| !Recording::is_bare(path) && path.exists()) {
+        return Err(Error::new(ErrorKind::Inconsistent)
+            .file(path)
+            .found("a recording beside other files")
+            .expected("one recording, or bare logs alone")
+            .remedy("name one of them, or put all files into one recording.toml"));
+    }
+    let Some(folder) = machine else {
+        return Err(Error::new(ErrorKind::Missing)
+            .file(paths.first().map_or(Path::new("."), PathBuf::as_path))
+            .key("--machine")
+            .found("a bare log, which names no machine")
+            .expected("a machine folder, which says whether the axis slides or turns")
+            .remedy("give --machine DIR; or write a recording.toml, the smallest is `[[run]]` with `file = \"log.csv\"`"));
+    };
+    let machine = Machine::read(folder)?;
+    let context =
+        LogContext { maps, motion: machine.motion(), sample_period_s: machine.description().sample_period_s };
+    Recording::read_logs(paths, &context)
+}
 
 /// The machine that was named, else the one that the recording names; of the recording's kind of motion.
 pub(super) fn machine_of(recording: &Recording, named: Option<&PathBuf>) -> Result<Machine, Error> {

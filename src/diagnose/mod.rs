@@ -42,7 +42,7 @@ pub use verdict::{Diagnosis, Verdict};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::{HeldOutRuns, Recording, Signal, SplitRule, TrainingRuns};
+use crate::recording::{HeldOutRuns, Recording, Signal, Split, SplitRule, TrainingRuns};
 use evidence::Score;
 use experiment::Experiment;
 use floors::Floors;
@@ -60,11 +60,17 @@ pub struct Options<'a> {
     pub catalogue: &'a [EffectId],
     /// Told after every fitted hypothesis, with its effects.
     pub progress: &'a (dyn Fn(&str) + Sync),
+    /// Samples that are worked on, at most about: of more, the stretches that hold most of the motion
+    /// ([`Recording::split_within`]).
+    pub most_samples: usize,
 }
+
+/// Beyond so many samples further ones of the same motion tell little: parameters are known to σ/√N of a gap that is many σ.
+pub const MOST_SAMPLES: usize = 40_000;
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { catalogue: EffectId::ALL, progress: &|_| () }
+        Self { catalogue: EffectId::ALL, progress: &|_| (), most_samples: MOST_SAMPLES }
     }
 }
 
@@ -84,8 +90,8 @@ fn diagnose_beside(
     options: &Options,
     left: BTreeMap<Signal, f64>,
 ) -> Result<Diagnosis> {
-    let (training, held_out) = recording.split(SplitRule::default())?;
-    let mut ready = Ready::new(machine, &training, &held_out, left)?;
+    let split = recording.split_within(SplitRule::default(), options.most_samples)?;
+    let mut ready = Ready::new(machine, &split.training, &split.held_out, left)?;
     let view = View::of(machine, &ready.training, options.catalogue);
     let options = &Options { catalogue: &view.catalogue, ..*options };
     let mut found = ready.search(options, None)?;
@@ -100,7 +106,7 @@ fn diagnose_beside(
         // The held-out runs show no gap, or none beyond the tolerances that a cause explains overwhelmingly better.
         found.chosen = 0;
     }
-    let diagnosis = ready.conclude(found, recording, options)?;
+    let diagnosis = ready.conclude(found, recording, &split, options)?;
     Ok(Diagnosis { not_examined: view.not_examined, ..diagnosis })
 }
 
@@ -169,7 +175,13 @@ impl<'a> Ready<'a> {
         search.run(&self.before)
     }
 
-    fn conclude(&self, mut found: Found, recording: &Recording, options: &Options) -> Result<Diagnosis> {
+    fn conclude(
+        &self,
+        mut found: Found,
+        recording: &Recording,
+        split: &Split,
+        options: &Options,
+    ) -> Result<Diagnosis> {
         let floor = self.floor_of(&found.candidates[found.chosen]);
         let chosen = &mut found.candidates[found.chosen];
         let folds = Folds::of(self.machine, &chosen.fit, &self.training, [&self.floors.common, floor])?;
@@ -203,7 +215,6 @@ impl<'a> Ready<'a> {
             _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
             _ => Some(shape::shape(&improved, &self.held_out, floor)?),
         };
-        let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
             verdict,
@@ -220,16 +231,24 @@ impl<'a> Ready<'a> {
             not_examined: Vec::new(),
             ruled_out: cut::ruled_out(options.catalogue, &self.clean, &self.training),
             checks: self.findings(chosen),
-            data: verdict::Data {
-                machine: self.machine.description().name.clone(),
-                training: names(&self.training),
-                held_out: names(&self.held_out),
-                sha256: recording.sha256(),
-                note: recording.note.clone(),
-            },
+            data: self.data(recording, split),
             reference: None,
             version: env!("CARGO_PKG_VERSION"),
         })
+    }
+
+    /// What was diagnosed.
+    fn data(&self, recording: &Recording, split: &Split) -> verdict::Data {
+        let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
+        verdict::Data {
+            machine: self.machine.description().name.clone(),
+            training: names(&self.training),
+            held_out: names(&self.held_out),
+            sha256: recording.sha256(),
+            note: recording.note.clone(),
+            cut: split.cut.clone(),
+            samples: split.samples,
+        }
     }
 
     /// What is to be known of the data.

@@ -8,6 +8,7 @@ use super::prove::RigidBody;
 use super::shape::Shape;
 use super::standing::LARGELY_CLOSED;
 use super::visibility::NotExamined;
+use crate::recording::{Cut, Samples};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -263,6 +264,10 @@ pub struct Data {
     pub sha256: String,
     /// Where the recording comes from, in its own words.
     pub note: Option<String>,
+    /// How a single run was cut into training and held-out stretches; none where there were several runs.
+    pub cut: Option<Cut>,
+    /// How many samples were worked on.
+    pub samples: Samples,
 }
 
 /// What a comparison stands on: the diagnosis of the reference recording, whose twin is the baseline.

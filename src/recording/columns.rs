@@ -67,6 +67,13 @@ impl Source {
         Ok(())
     }
 
+    /// A column in a unit.
+    pub(super) fn in_unit(column: &str, unit: Unit) -> Self {
+        let (numerator, denominator) = unit.quotient();
+        let unit = unit.symbol().to_owned();
+        Self { column: column.to_owned(), unit, numerator, denominator, scale: 1.0, offset: 0.0, is_stated: true }
+    }
+
     /// Whether readings are taken over unchanged.
     fn is_plain(&self) -> bool {
         self.numerator == self.denominator && self.scale == 1.0 && self.offset == 0.0

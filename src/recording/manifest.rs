@@ -60,6 +60,21 @@ pub(super) struct Manifest {
 }
 
 impl Manifest {
+    /// What a `recording.toml` would say of bare logs.
+    pub(super) fn bare(
+        path: PathBuf,
+        motion: Motion,
+        sample_period_s: Option<f64>,
+        note: String,
+        runs: Vec<RunEntry>,
+    ) -> Result<Self> {
+        let document = Document::parse(&path, String::new())?;
+        let manifest =
+            Self { document, sample_period_s, motion: Some(motion), machine: None, note: Some(note), runs };
+        manifest.check_names()?;
+        Ok(manifest)
+    }
+
     /// Checks a parsed document. `data_variable` is the content of the environment variable, if set.
     pub(super) fn new(document: Document, data_variable: Option<OsString>) -> Result<Self> {
         if let Some(name) = document.values.keys().find(|name| !KEYS.contains(&name.as_str())) {
@@ -216,7 +231,17 @@ fn read_run(
     let metadata = metadata.map(|(key, value)| (key.clone(), value.clone())).collect();
     let extra_columns = read_extra_columns(document, &at("extra_columns"), table)?;
     let range = TimeRange::read(document, &base, table)?;
-    Ok(RunEntry { index, name, file: path, role, settings, metadata, columns, extra_columns, range })
+    Ok(RunEntry {
+        index,
+        name,
+        file: path,
+        role,
+        settings,
+        metadata,
+        columns,
+        extra_columns,
+        range,
+    })
 }
 
 /// A refusal with file, line and key of the place that caused it.

@@ -19,6 +19,11 @@ pub(super) struct TimeRange {
 }
 
 impl TimeRange {
+    /// Every sample.
+    pub(super) fn whole() -> Self {
+        Self { from_s: f64::NEG_INFINITY, to_s: f64::INFINITY }
+    }
+
     /// Reads the keys of the `[[run]]` at `base`; an end that is not given is open.
     pub(super) fn read(document: &Document, base: &[Step<'_>], run: &toml::Table) -> Result<Self> {
         let end = |key: &str, open: f64| {

@@ -35,7 +35,11 @@ pub(super) enum Content {
 }
 
 pub(super) fn recording(path: &Path, content: Content) -> Result<Recording> {
-    let manifest = Manifest::load(&manifest_path(path)?, std::env::var_os(DATA_VARIABLE))?;
+    assembled(Manifest::load(&manifest_path(path)?, std::env::var_os(DATA_VARIABLE))?, content)
+}
+
+/// Reads the runs that a manifest names.
+pub(super) fn assembled(manifest: Manifest, content: Content) -> Result<Recording> {
     let read: Vec<Result<Reading>> = manifest
         .runs
         .par_iter()

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -57,6 +58,9 @@ pub struct Run {
     signals: Arc<BTreeMap<Signal, Vec<f64>>>,
     extra_columns: Arc<BTreeMap<String, Vec<f64>>>,
     instants_s: Option<Arc<Vec<f64>>>,
+    entry: Option<[f64; 2]>,
+    /// Name of the run that it is a part of.
+    whole: Option<String>,
     /// What it may be used for, where that was declared.
     pub role: Option<Role>,
     /// Time of the first sample, as its file counts.
@@ -122,6 +126,8 @@ impl Run {
             signals: Arc::new(signals),
             extra_columns: Arc::default(),
             instants_s: None,
+            entry: None,
+            whole: None,
             role: None,
             start_s: 0.0,
             begins_s: 0.0,
@@ -233,6 +239,40 @@ impl Run {
         run.begins_s = self.begins_s;
         run.instants_s.clone_from(&self.instants_s);
         Ok(run)
+    }
+
+    /// Position and velocity at the first sample of a run that was cut out of a longer one, read from the samples on
+    /// both sides of the cut.
+    pub fn entry(&self) -> Option<[f64; 2]> {
+        self.entry
+    }
+
+    /// Time of a sample as the file counts; of the one after the last, the time of the last.
+    pub(super) fn file_time_s(&self, sample: usize) -> f64 {
+        self.start_s + self.time_s(sample.min(self.len() - 1))
+    }
+
+    /// Some samples of the run as a run of its own, named by its times, at its place in file and session, with its state there.
+    pub(super) fn part(&self, samples: Range<usize>, entry: Option<[f64; 2]>) -> Self {
+        let whole = self.whole.as_ref().unwrap_or(&self.name);
+        let [from, to] = [samples.start, samples.end].map(|sample| self.file_time_s(sample));
+        let name = format!("{whole} {from:.3}-{to:.3} s");
+        let of = |all: &Vec<f64>| all[samples.clone()].to_vec();
+        let from_s = self.time_s(samples.start);
+        let instants = |all: &[f64]| Arc::new(all[samples.clone()].iter().map(|t| t - from_s).collect());
+        Self {
+            name,
+            signals: Arc::new(self.signals.iter().map(|(signal, all)| (*signal, of(all))).collect()),
+            extra_columns: Arc::new(
+                self.extra_columns.iter().map(|(name, all)| (name.clone(), of(all))).collect(),
+            ),
+            instants_s: self.instants_s().map(instants),
+            whole: Some(whole.clone()),
+            entry: entry.or(self.entry.filter(|_| samples.start == 0)),
+            start_s: self.start_s + from_s,
+            begins_s: self.begins_s + from_s,
+            ..self.clone()
+        }
     }
 
     /// Number of samples; at least one.

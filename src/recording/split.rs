@@ -6,6 +6,7 @@ use std::num::NonZeroUsize;
 use sha2::{Digest, Sha256};
 
 use super::Recording;
+use super::pieces::{Cut, LEAST_PIECE, Samples, halves, most_telling};
 use super::run::{Role, Run, hex};
 use crate::error::{Error, ErrorKind, Result};
 
@@ -71,13 +72,79 @@ impl HeldOutRuns {
     }
 }
 
+/// A recording shared out, and what was left aside.
+#[derive(Debug, Clone)]
+pub struct Split {
+    /// Runs that parameters may be fitted to.
+    pub training: TrainingRuns,
+    /// Runs that judge.
+    pub held_out: HeldOutRuns,
+    /// How a single run was cut; none where there were several runs.
+    pub cut: Option<Cut>,
+    /// How many samples are worked on.
+    pub samples: Samples,
+}
+
+/// Of a budget of samples, the share that the held-out runs get.
+const HELD_OUT_SHARE: f64 = 1.0 / 3.0;
+
 impl Recording {
-    /// Shares the runs out: declared roles first, the others by the rule, never part of a run.
+    /// Shares the runs out: declared roles first, the others by the rule, never part of a run. A single run is cut.
     ///
     /// # Errors
-    /// [`ErrorKind::TooLittleData`] when one side stays empty (a single run, or all of one role);
-    /// [`ErrorKind::Inconsistent`] when the same data stand on both sides.
+    /// [`ErrorKind::TooLittleData`] when one side stays empty (a single run that is too short or does not move, or all of one
+    /// role); [`ErrorKind::Inconsistent`] when the same data stand on both sides.
     pub fn split(&self, rule: SplitRule) -> Result<(TrainingRuns, HeldOutRuns)> {
+        self.split_within(rule, usize::MAX).map(|split| (split.training, split.held_out))
+    }
+
+    /// The same with at most about so many samples.
+    ///
+    /// # Model
+    /// A single run without a stated role is cut in the middle of standstills, and about a third of each kind of motion (directions, speeds,
+    /// accelerations, places) is held out. A run that never stands is cut once, where it is fastest near the last third.
+    ///
+    /// Where the runs have more samples than `most`, each side keeps the stretches that hold most of its motion; a third of the
+    /// samples goes to the held-out side, or what the other side leaves.
+    ///
+    /// # Errors
+    /// As [`Recording::split`].
+    pub fn split_within(&self, rule: SplitRule, most: usize) -> Result<Split> {
+        let (mut training, mut held_out, cut) = match self.runs() {
+            [single] if single.role.is_none() => {
+                let (training, held_out, cut) = halves(single).ok_or_else(|| self.uncut(single))?;
+                (training, held_out, Some(cut))
+            }
+            _ => {
+                let (training, held_out) = self.whole_runs(rule)?;
+                (training, held_out, None)
+            }
+        };
+        let count = |runs: &[Run]| runs.iter().map(Run::len).sum::<usize>();
+        let recorded = [count(&training), count(&held_out)];
+        let own = (HELD_OUT_SHARE * most as f64) as usize;
+        if recorded[0] + recorded[1] > most {
+            let judging = own.max(most.saturating_sub(recorded[0]));
+            held_out = most_telling(held_out, judging);
+            training = most_telling(training, most - count(&held_out).min(most));
+        }
+        self.refuse_shared_data(&training, &held_out)?;
+        let samples = Samples {
+            used: count(&training) + count(&held_out),
+            recorded: recorded[0] + recorded[1],
+            most,
+            stretches: training.len() + held_out.len(),
+        };
+        Ok(Split {
+            training: TrainingRuns { runs: training },
+            held_out: HeldOutRuns { runs: held_out },
+            cut,
+            samples,
+        })
+    }
+
+    /// Training and held-out runs of several.
+    fn whole_runs(&self, rule: SplitRule) -> Result<(Vec<Run>, Vec<Run>)> {
         let free: Vec<&Run> = self.runs().iter().filter(|run| run.role.is_none()).collect();
         let declared = |role| self.runs().iter().filter(|run| run.role == Some(role)).count();
         let (training, held_out) = (declared(Role::Training), declared(Role::HeldOut));
@@ -94,15 +161,27 @@ impl Recording {
             self.runs().iter().cloned().partition(|run| is_held_out(&run));
         held_out.sort_by(|a, b| a.name().cmp(b.name()));
         training.sort_by(|a, b| a.name().cmp(b.name()));
-        self.refuse_shared_data(&training, &held_out)?;
-        Ok((TrainingRuns { runs: training }, HeldOutRuns { runs: held_out }))
+        Ok((training, held_out))
+    }
+
+    /// The refusal of a single run that cannot be cut.
+    fn uncut(&self, run: &Run) -> Error {
+        let found = match run.len() < 3 * LEAST_PIECE {
+            true => format!("a single run of {} samples", run.len()),
+            false => "a single run in which the axis does not move".to_owned(),
+        };
+        let error = Error::new(ErrorKind::TooLittleData).key("run").found(found);
+        let error = error
+            .expected(format!("several runs, or one of at least {} samples that moves", 3 * LEAST_PIECE))
+            .remedy("record a longer run, with standstills of 0.2 s between motions in both directions, or a second one");
+        if self.path.as_os_str().is_empty() { error } else { error.file(&self.path) }
     }
 
     fn one_sided(&self, training: usize, held_out: usize) -> Error {
         let error = Error::new(ErrorKind::TooLittleData).key("run").expected("training and held-out runs");
         let error = match self.runs().len() {
-            1 => error.found("a single run").remedy(
-                "record a second run, or cut this one at a standstill into two files with a [[run]] each",
+            1 => error.found("a single run with a role").remedy(
+                "leave `role` out: a single run is then cut at its standstills; or record a second run",
             ),
             runs if training == runs => {
                 error.found("training runs only").remedy("give one run role = \"held_out\", or no role")

@@ -71,10 +71,14 @@ impl Start {
         let mean = first.iter().sum::<f64>() / first.len() as f64;
         let (at_start, slope, slope_error) = parabola(first, |row| run.time_s(row));
         let moves = slope.abs() > REST_STANDARD_ERRORS * slope_error && first.len() >= 5;
+        // What was cut out of a longer run begins in a state that is known better.
+        let read = if moves { [at_start, slope] } else { [mean, 0.0] };
+        let [position, velocity] = run.entry().unwrap_or(read);
+        let moves = velocity != 0.0;
         let first_of = |signal| run.signal(signal).and_then(|samples| samples.first().copied());
         Self {
-            position: if moves { at_start } else { mean },
-            velocity: if moves { slope } else { 0.0 },
+            position,
+            velocity,
             effort_v: first_of(Signal::ControlEffort),
             current: match run.signal(Signal::Current) {
                 // One sample of a noisy current would kick the axis; at rest a few milliseconds change little.

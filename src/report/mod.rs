@@ -23,6 +23,7 @@ mod printed;
 mod sentence;
 pub mod sheet;
 mod signals;
+pub mod stretches;
 pub mod swept;
 mod terminal;
 mod tuned;

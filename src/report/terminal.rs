@@ -1,7 +1,7 @@
 //! The report on a terminal.
 
 use super::layout::{Ink, labelled, paragraph};
-use super::{changes, extent, follow_up, place, sentence, which};
+use super::{changes, extent, follow_up, place, sentence, stretches, which};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::Diagnosis;
 use crate::units::Motion;
@@ -58,7 +58,8 @@ fn head(diagnosis: &Diagnosis, style: Style) -> String {
         out += &lines.lines().map(|line| format!("{}\n", style.ink(Ink::Warning, line))).collect::<String>();
     }
     out += &labelled("training", LABEL, &runs(&data.training), style);
-    out + &labelled("held out", LABEL, &runs(&data.held_out), style)
+    out += &labelled("held out", LABEL, &runs(&data.held_out), style);
+    stretches::sentences(data).iter().fold(out, |out, text| out + &labelled("", LABEL, text, style))
 }
 
 fn verdict(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {

@@ -102,7 +102,7 @@ fn verdict(trial: &Trial, case: usize) -> Result<String> {
     let machine = Machine::read(path)?.with_settings(settings)?;
     let catalogue: Vec<EffectId> =
         EffectId::ALL.iter().copied().filter(|effect| !terms.without.contains(effect)).collect();
-    let options = Options { catalogue: &catalogue, progress: &|_| () };
+    let options = Options { catalogue: &catalogue, ..Options::default() };
     let before = trial.reference_folder(case);
     let verdict = match before.is_dir() {
         true => {

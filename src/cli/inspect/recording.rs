@@ -2,7 +2,8 @@
 
 use std::io::Write;
 
-use slideway::recording::{PeriodSource, Recording, Run, Signal, SplitRule};
+use slideway::recording::{PeriodSource, Recording, Run, Signal, Split, SplitRule};
+use slideway::report::stretches;
 use slideway::units::{Motion, Unit, engineering};
 
 use crate::cli::Failure;
@@ -24,9 +25,11 @@ pub(super) fn show(recording: &Recording, out: &mut dyn Write) -> Result<(), Fai
 }
 
 fn runs(recording: &Recording, out: &mut dyn Write) -> Result<(), Failure> {
-    let held_out = recording.split(SplitRule::default()).map(|(_, held_out)| held_out);
+    let split = recording.split_within(SplitRule::default(), usize::MAX);
+    let held_out = split.as_ref().map(|split| &split.held_out);
     let role = |run: &Run| match (run.role, &held_out) {
         (Some(role), _) => role.to_string(),
+        (None, Ok(_)) if recording.runs().len() == 1 => "(cut)".to_owned(),
         (None, Ok(held)) if held.runs().iter().any(|r| r.name() == run.name()) => "(held_out)".to_owned(),
         (None, Ok(_)) => "(training)".to_owned(),
         (None, Err(_)) => "-".to_owned(),
@@ -53,7 +56,8 @@ fn runs(recording: &Recording, out: &mut dyn Write) -> Result<(), Failure> {
     }
     table.write(out)?;
     if recording.runs().iter().any(|run| run.role.is_none()) {
-        match held_out {
+        match &split {
+            Ok(Split { cut: Some(cut), .. }) => writeln!(out, "  {}", stretches::cut(cut))?,
             Ok(_) => writeln!(out, "  (role) = not declared, as the default split shares the runs out")?,
             Err(error) => writeln!(out, "  not split: {}", error.statement())?,
         }

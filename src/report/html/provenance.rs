@@ -3,6 +3,7 @@
 use super::page::{Part, command as unbroken};
 use crate::diagnose::Diagnosis;
 use crate::report::figure::escape;
+use crate::report::stretches;
 
 /// The section.
 pub(super) fn part(diagnosis: &Diagnosis, command: &str) -> Part {
@@ -13,6 +14,8 @@ pub(super) fn part(diagnosis: &Diagnosis, command: &str) -> Part {
         ("unseen (held-out) runs", data.held_out.join(", ")),
         ("SHA-256 of the recording", data.sha256.clone()),
     ];
+    let texts = stretches::sentences(data);
+    rows.extend(texts.into_iter().map(|text| ("stretches", text)));
     if let Some(reference) = &diagnosis.reference {
         rows.push(("SHA-256 of the reference", reference.data.sha256.clone()));
     }

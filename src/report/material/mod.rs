@@ -97,11 +97,11 @@ impl Material {
     /// What the diagnosis refuses: a machine or a recording that is not the diagnosed one.
     pub fn of(machine: &Machine, recording: &Recording, diagnosis: &Diagnosis) -> Result<Self> {
         let machines = Machines::of(machine, diagnosis)?;
-        let (training, held_out) = recording.split(SplitRule::default())?;
+        let split = recording.split_within(SplitRule::default(), diagnosis.data.samples.most)?;
         let ready = |runs: &[Run]| -> Result<Vec<Experiment>> {
             runs.iter().map(|run| Experiment::new(run, &machines.stated)).collect()
         };
-        let (training, held_out) = (ready(training.runs())?, ready(held_out.runs())?);
+        let (training, held_out) = (ready(split.training.runs())?, ready(split.held_out.runs())?);
         let judged = held_out.iter().map(|e| (e, true));
         let both: Vec<(&Experiment, bool)> = judged.chain(training.iter().map(|e| (e, false))).collect();
         let pair = [&machines.stated, &machines.improved];

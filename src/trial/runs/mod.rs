@@ -12,7 +12,7 @@
 //! | three runs | 15 % | strokes at three feeds, or three of jogs, or strokes, jogs and a sine | stated in half of the cases |
 //! | jogs and sine | 10 % | 2 of jogs and 1 or 2 sines; held out one of each | stated |
 //! | multisine and strokes | 10 % | 1 or 2 multisines and 2 or 3 of strokes; held out one of each | stated |
-//! | production | 10 % | 4 to 6 pieces of one production, the last quarter held out | stated |
+//! | production | 10 % | 8 to 14 pieces of one production, the last quarter held out | stated |
 //!
 //! # Ranges
 //! Prismatic (revolute) axes, each range shrunk where joint or drive allow less, see [`Bounds`]:
@@ -23,16 +23,16 @@
 //! jogs           4 to 7 moves of 5 to 60 % of a stroke, in either direction, standstills of 0.15 to 0.35 s
 //! sine           0.8 to 5 Hz, 3 to 12 periods, 30 to 100 % of half a stroke, about the middle of it
 //! multisine      4 to 8 frequencies from 0.8 to 12 Hz, 2 to 3.5 s, amplitudes as 1/f, random phases, the peak as the sine's
-//! production     2 or 3 part programs of 3 to 6 positions at a feed each, standstills of 0.25 to 0.8 s, mixed for 12 to 20 s
+//! production     2 or 3 part programs of 3 to 6 positions at a feed each, standstills of 0.25 to 0.8 s, mixed for 2 to 5 min
 //! ```
 //! Sine and multisine fade in and out: over a period, over a quarter of their length. Both stay within the speed and the
 //! acceleration of strokes at the fastest feed.
 //!
 //! # Limits
-//! - A session lasts at most [`MOST_SESSION_S`]; strokes are shortened until it does. Real production lasts minutes; this one
-//!   at most as long, so that a diagnosis stays affordable at 4000 samples a second.
+//! - A session of tests lasts at most [`MOST_SESSION_S`], strokes are shortened until it does; one of production at most
+//!   [`MOST_PRODUCTION_S`], of which a diagnosis works on the stretches that hold most of the motion.
 //! - Runs begin and end at rest: simulating one begins at a standstill. Production is cut at standstills.
-//! - A single run is recorded as it is. A diagnosis that asks for a second run refuses it, and is scored so.
+//! - A single run is recorded as it is: the diagnosis cuts it at standstills.
 
 mod bounds;
 mod movement;
@@ -42,7 +42,7 @@ mod session;
 pub use bounds::Bounds;
 pub use movement::{Line, Move, Movement};
 pub use roles::shared_out;
-pub use session::{Layout, MOST_SESSION_S, Session, draw};
+pub use session::{Layout, MOST_PRODUCTION_S, MOST_SESSION_S, Session, draw};
 
 use crate::machine::Machine;
 use crate::recording::Role;

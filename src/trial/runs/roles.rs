@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::recording::{Recording, Run, SplitRule};
 
 /// The runs of a session in groups, from what was logged of each: training and held-out ones. A single run is a group by
-/// itself, as nobody can tell yet what of it will be held out.
+/// itself: both sides are stretches of it.
 ///
 /// # Errors
 /// As [`Recording::new`] and [`Recording::split`].

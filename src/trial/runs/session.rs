@@ -9,8 +9,10 @@ use rand::RngExt;
 use rand::rngs::StdRng;
 use std::f64::consts::TAU;
 
-/// A session lasts at most so long, in s.
+/// A session of tests lasts at most so long, in s, …
 pub const MOST_SESSION_S: f64 = 20.0;
+/// … and one of production so long.
+pub const MOST_PRODUCTION_S: f64 = 300.0;
 /// Where it would be longer, strokes are this much shorter, …
 const SHORTER: f64 = 0.75;
 /// … at most so many times: standstills remain.
@@ -26,7 +28,9 @@ const PEAKS: (f64, f64) = (0.3, 1.0);
 /// Sampled peaks stay so far below what is allowed: amplitudes are rounded.
 const FIT: f64 = 0.98;
 /// How long production goes on, in s.
-const PRODUCTION_S: (f64, f64) = (12.0, 0.95 * MOST_SESSION_S);
+const PRODUCTION_S: (f64, f64) = (120.0, 0.95 * MOST_PRODUCTION_S);
+/// Pieces that a production is cut to.
+const PRODUCTION_PIECES: (usize, usize) = (8, 14);
 
 /// How a session is made up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -55,6 +59,11 @@ impl Layout {
         (Self::MultisineAndStrokes, 0.1),
         (Self::Production, 0.1),
     ];
+
+    /// A session lasts at most so long, in s.
+    pub fn longest_s(self) -> f64 {
+        if self == Self::Production { MOST_PRODUCTION_S } else { MOST_SESSION_S }
+    }
 
     fn draw(random: &mut StdRng) -> Self {
         let mut left = random.random_range(0.0..1.0);
@@ -91,7 +100,7 @@ pub fn draw(machine: &Machine, random: &mut StdRng) -> Result<Session> {
         let lengths_s: Vec<f64> = runs.iter().map(|run| run.length_s(machine)).collect();
         let whole_s: f64 = lengths_s.iter().sum();
         runs.iter_mut().zip(one_after_another(lengths_s)).for_each(|(run, begins_s)| run.begins_s = begins_s);
-        if whole_s <= MOST_SESSION_S {
+        if whole_s <= layout.longest_s() {
             break;
         }
     }
@@ -312,7 +321,8 @@ impl Pen<'_> {
     /// Part programs one after the other, cut at standstills.
     fn production(&mut self) -> Vec<Drawn> {
         let programs: Vec<Vec<Move>> = (0..self.count(2, 3)).map(|_| self.program()).collect();
-        let (most_s, pieces) = (self.between(PRODUCTION_S), self.count(4, 6));
+        let most_s = self.between(PRODUCTION_S);
+        let pieces = self.count(PRODUCTION_PIECES.0, PRODUCTION_PIECES.1);
         let ramp_s = self.machine.description().reference.acceleration_time_s;
         let (mut moves, mut length_s): (Vec<Move>, f64) = (Vec::new(), 0.0);
         while length_s < most_s {
