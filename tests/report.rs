@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
+use slideway::diagnose::decide::{Veto, Withheld};
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
 use slideway::diagnose::verdict::{
@@ -116,6 +117,7 @@ fn diagnosis() -> Diagnosis {
     Diagnosis {
         schema: "slideway-diagnosis/1",
         verdict: Verdict::Cause,
+        withheld: None,
         causes: vec![coulomb()],
         effects: vec![EffectProbability { effect: "coulomb_friction".to_owned(), probability: 0.999_96 }],
         ranking: vec![ranked(&["coulomb_friction"], 0.97, 1.08), ranked(&[], 0.0, 41.2)],
@@ -275,6 +277,41 @@ fn exact_comparison_without_a_change_says_so() {
     d.gap.after = 21.0;
     holds(&reports(&d, Motion::Prismatic), &["A gap of 21.0 × noise remains that no effect"]);
     lacks(&reports(&diagnosis(), Motion::Prismatic), &["WHAT CHANGED", "reference"]);
+}
+
+/// Why there is no verdict stands above everything else, and nothing is called found.
+#[test]
+fn exact_a_withheld_verdict_says_why_first() {
+    let mut d = comparison();
+    d.verdict = Verdict::Unknown;
+    d.withheld =
+        Some(Withheld { by: Veto::Reference, reason: "No explanation fits the reference.".to_owned() });
+    d.gap.closed_beside_calibration = 0.99;
+    d.reference.as_mut().unwrap().verdict = Verdict::Unknown;
+    let reports = reports(&d, Motion::Prismatic);
+    for report in &reports {
+        assert!(
+            report.starts_with("REFERENCE NOT EXPLAINED\n  No explanation fits the reference.\n"),
+            "{report}"
+        );
+    }
+    holds(
+        &reports,
+        &[
+            "NO VERDICT No cause is named. The twin of the reference leaves a gap of 41.2 × noise; what comes nearest is a \
+             position gain other than stated in the controller,",
+            "with 99.0 % of it closed.",
+            "no verdict rests on it",
+            "its diagnosis is unknown: no explanation fits it",
+            "Diagnose the reference by itself first",
+        ],
+    );
+    lacks(&reports, &["CAUSE FOUND", "Changed since", "Repair"]);
+    let drawn = slideway::report::sentence(&d, Motion::Prismatic);
+    assert!(drawn.starts_with("No explanation fits the reference. No cause is named."), "{drawn}");
+    let json: serde_json::Value = serde_json::to_value(&d).unwrap();
+    assert_eq!(json["withheld"]["by"], "reference");
+    assert!(serde_json::to_value(diagnosis()).unwrap().get("withheld").is_none());
 }
 
 #[test]

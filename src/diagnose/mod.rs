@@ -8,6 +8,7 @@ pub mod check;
 pub mod compare;
 mod conclude;
 pub mod cut;
+pub mod decide;
 pub mod estimate;
 pub mod evidence;
 pub mod experiment;
@@ -74,18 +75,27 @@ impl Default for Options<'_> {
 /// A recording that cannot be split into training and held-out runs, signals that a replay needs and the
 /// recording lacks, or settings that the machine does not have.
 pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> Result<Diagnosis> {
-    diagnose_beside(machine, recording, options, BTreeMap::new())
+    diagnose_after(machine, recording, options, Before::default())
 }
 
-/// Diagnoses a recording against a twin that is known to leave so much of each signal, RMS in SI, anyway.
-fn diagnose_beside(
+/// What is known of the machine before a recording was made.
+#[derive(Clone, Default)]
+struct Before {
+    /// What its twin leaves of each signal anyway, RMS in SI.
+    left: BTreeMap<Signal, f64>,
+    /// In a comparison, the diagnosis of the reference.
+    reference: Option<verdict::Reference>,
+}
+
+/// Diagnoses a recording of a machine of which something is known before.
+fn diagnose_after(
     machine: &Machine,
     recording: &Recording,
     options: &Options,
-    left: BTreeMap<Signal, f64>,
+    known: Before,
 ) -> Result<Diagnosis> {
     let (training, held_out) = recording.split(SplitRule::default())?;
-    let mut ready = Ready::new(machine, &training, &held_out, left)?;
+    let mut ready = Ready::new(machine, &training, &held_out, known)?;
     let view = View::of(machine, &ready.training, options.catalogue);
     let options = &Options { catalogue: &view.catalogue, ..*options };
     let mut found = ready.search(options, None)?;
@@ -113,8 +123,7 @@ struct Ready<'a> {
     before: Score,
     /// Stretches of the signal path that show no gap of their own.
     clean: Vec<cut::Cut>,
-    /// What the twin leaves of each signal anyway, RMS in SI.
-    left: BTreeMap<Signal, f64>,
+    known: Before,
 }
 
 impl<'a> Ready<'a> {
@@ -122,21 +131,21 @@ impl<'a> Ready<'a> {
         machine: &'a Machine,
         training: &TrainingRuns,
         held_out: &HeldOutRuns,
-        left: BTreeMap<Signal, f64>,
+        known: Before,
     ) -> Result<Self> {
         let experiments = |runs: &[crate::recording::Run]| -> Result<Vec<Experiment>> {
             runs.iter().map(|run| Experiment::new(run, machine)).collect()
         };
         let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
-        let floors = Floors::estimate(machine, &training, &held_out, &left)?;
+        let floors = Floors::estimate(machine, &training, &held_out, &known.left)?;
         let before = Score::of(machine, &held_out, &floors.common)?;
         let clean = cut::clean(machine, &training)?;
-        Ok(Self { machine, training, held_out, floors, before, clean, left })
+        Ok(Self { machine, training, held_out, floors, before, clean, known })
     }
 
     /// Takes the noise floors of another twin of the same machine; tells whether they are others.
     fn set_floors(&mut self, twin: &Machine) -> Result<bool> {
-        let floors = Floors::estimate(twin, &self.training, &self.held_out, &self.left)?;
+        let floors = Floors::estimate(twin, &self.training, &self.held_out, &self.known.left)?;
         let is_like = |runs: &[Experiment]| floors.common.is_like(&self.floors.common, runs);
         if is_like(&self.training) && is_like(&self.held_out) {
             return Ok(false);
@@ -176,9 +185,14 @@ impl<'a> Ready<'a> {
         chosen.fit.standard_errors = folds.widened(&chosen.fit.standard_errors);
         let (found, predicted) = (&found, folds.predicted_closed);
         let chosen = &found.candidates[found.chosen];
-        let verdict = conclude::verdict(found, &self.before, floor.is_measured());
+        let evident = conclude::verdict(found, &self.before, floor.is_measured());
+        let grounds = decide::Grounds { reference: self.known.reference.as_ref() };
+        let (verdict, withheld) = decide::decide(evident, &grounds);
         let mut causes = conclude::causes(found, &self.before, &folds);
-        let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
+        let next_experiment = match withheld {
+            Some(_) => None,
+            None => self.next_experiment(found, verdict, &mut causes)?,
+        };
         let improved = chosen.fit.machine(self.machine)?;
         let vibrates = |cause: &&mut verdict::Cause| cause.effect == EffectId::ExternalVibration.name();
         if let Some(cause) = causes.iter_mut().find(vibrates) {
@@ -207,6 +221,7 @@ impl<'a> Ready<'a> {
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
             verdict,
+            withheld,
             effects: conclude::effects(found, options.catalogue),
             ranking: conclude::ranking(found),
             refinements: conclude::refinements(found, &self.before),
@@ -227,7 +242,7 @@ impl<'a> Ready<'a> {
                 sha256: recording.sha256(),
                 note: recording.note.clone(),
             },
-            reference: None,
+            reference: self.known.reference.clone(),
             version: env!("CARGO_PKG_VERSION"),
         })
     }

@@ -1,6 +1,7 @@
 //! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
 
 use super::check::Finding;
+use super::decide::Withheld;
 use super::found::DECIDED;
 use super::next_experiment::NextExperiment;
 use super::noise::Source;
@@ -186,6 +187,7 @@ impl Diagnosis {
     /// the cause is found, and what is left is more than noise and has no name.
     pub fn is_found_in_part(&self) -> bool {
         self.verdict == Verdict::Unknown
+            && self.withheld.is_none()
             && !self.causes.is_empty()
             && self.causes.iter().all(|cause| cause.probability >= DECIDED)
             && self.gap.closed_beside_calibration >= LARGELY_CLOSED
@@ -268,7 +270,7 @@ pub struct Data {
 /// What a comparison stands on: the diagnosis of the reference recording, whose twin is the baseline.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Reference {
-    /// What the reference came to, against the machine file.
+    /// What the reference came to, against the machine file: `unknown` where no pass of its diagnosis explains it.
     pub verdict: Verdict,
     /// What the machine had when the reference was recorded; `twin` is what the machine file has.
     pub causes: Vec<Cause>,
@@ -287,6 +289,9 @@ pub struct Diagnosis {
     pub schema: &'static str,
     /// What it comes to.
     pub verdict: Verdict,
+    /// Why the verdict is `unknown` whatever the evidence says; none where the evidence gave it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub withheld: Option<Withheld>,
     /// The effects named, most closing first.
     pub causes: Vec<Cause>,
     /// Probability of every effect of the catalogue, most probable first.

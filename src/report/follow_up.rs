@@ -3,6 +3,7 @@
 use super::Style;
 use super::layout::{Align, INDENT, Ink, Table, columns, paragraph, wrap};
 use super::number::{interval, toml_number, twin, with_interval};
+use super::withheld;
 use crate::diagnose::Verdict;
 use crate::diagnose::check::{Check, Finding, Severity};
 use crate::diagnose::verdict::Diagnosis;
@@ -143,6 +144,9 @@ pub(super) fn is_for_the_twin(diagnosis: &Diagnosis) -> bool {
 
 /// What to do now, in a sentence; empty where nothing can be said.
 pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
+    if let Some(withheld) = &diagnosis.withheld {
+        return withheld::what_to_do(withheld.by);
+    }
     let compares = diagnosis.reference.is_some();
     match diagnosis.verdict {
         Verdict::NoGap if compares => "Nothing to repair: the machine is as it was.",

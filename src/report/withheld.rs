@@ -1,0 +1,49 @@
+//! Why a verdict is withheld: it stands above everything else.
+
+use super::Style;
+use super::changes::baseline;
+use super::layout::{Ink, paragraph};
+use super::number::percent;
+use super::sentence::{listed, placed, times_noise};
+use crate::diagnose::decide::{Veto, Withheld};
+use crate::diagnose::verdict::Diagnosis;
+
+/// The section; empty where the verdict is that of the evidence.
+pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
+    let Some(withheld) = &diagnosis.withheld else { return String::new() };
+    let title = style.ink(Ink::Bad, &title(withheld.by).to_uppercase());
+    format!("{title}\n{}\n", paragraph(&withheld.reason, style))
+}
+
+/// What forbids the verdict, in a few words.
+pub(super) fn title(by: Veto) -> &'static str {
+    match by {
+        Veto::Reference => "Reference not explained",
+    }
+}
+
+/// What can be said all the same, as a sentence or two.
+pub(super) fn rest(diagnosis: &Diagnosis) -> String {
+    let gap = times_noise(diagnosis.gap.before);
+    let mut text = format!("No cause is named. The {} leaves a gap of {gap}", baseline(diagnosis));
+    let nearest: Vec<String> = diagnosis.causes.iter().map(placed).collect();
+    if !nearest.is_empty() {
+        let closed = percent(diagnosis.gap.closed);
+        text += &format!("; what comes nearest is {}, with {closed} of it closed", listed(&nearest));
+    }
+    text + "."
+}
+
+/// All of it, for pictures that have no room above.
+pub(super) fn sentence(diagnosis: &Diagnosis, withheld: &Withheld) -> String {
+    format!("{} {}", withheld.reason, rest(diagnosis))
+}
+
+/// What to do about it.
+pub(super) fn what_to_do(by: Veto) -> &'static str {
+    match by {
+        Veto::Reference => {
+            "Diagnose the reference by itself first and give the twin what it lacks, or take a reference that the twin explains."
+        }
+    }
+}
