@@ -1,5 +1,6 @@
 //! The verdict: what the evidence says, unless something forbids to say it.
 
+use super::prove::RigidBody;
 use super::verdict::{Reference, Verdict};
 use serde::Serialize;
 
@@ -9,6 +10,8 @@ use serde::Serialize;
 pub enum Veto {
     /// No explanation fits the reference of a comparison: what it leaves open cannot be told from a change.
     Reference,
+    /// In the rigid-body scene the explanation does not close what it closes on the reduced axis.
+    RigidBody,
 }
 
 /// A verdict that was withheld: it is `unknown`, whatever the evidence says.
@@ -25,20 +28,38 @@ pub struct Withheld {
 pub struct Grounds<'a> {
     /// In a comparison, the diagnosis of the reference.
     pub reference: Option<&'a Reference>,
+    /// The proof of the explanation in the rigid-body scene, where there is one.
+    pub rigid_body: Option<&'a RigidBody>,
 }
 
 /// The verdict on evidence that speaks for `evident`, and what forbids to give that.
 ///
 /// A reference that came to `unknown` forbids every verdict but `unknown`. One that is `undecided` forbids none: its explanations
 /// predict it alike, so what changed since does not depend on the choice among them; only the values before do.
+///
+/// A rigid-body proof that fails forbids `cause`, and `unknown` that calls its causes found in part. `no_gap` has no explanation to
+/// prove. `undecided` names none: the proof is of one of several explanations and does not judge the others.
 pub fn decide(evident: Verdict, grounds: &Grounds) -> (Verdict, Option<Withheld>) {
-    match veto(grounds) {
+    let proof =
+        || matches!(evident, Verdict::Cause | Verdict::Unknown).then(|| failed_proof(grounds)).flatten();
+    match unexplained_reference(grounds).or_else(proof) {
         Some(withheld) => (Verdict::Unknown, Some(withheld)),
         None => (evident, None),
     }
 }
 
-fn veto(grounds: &Grounds) -> Option<Withheld> {
+fn failed_proof(grounds: &Grounds) -> Option<Withheld> {
+    let proof = grounds.rigid_body.filter(|proof| proof.has_failed())?;
+    let reason = format!(
+        "In the rigid-body scene the explanation closes {:.0} % of the gap (at most {:.0} %, the upper end of the 95 % interval), less than \
+         half: it rests on what the reduced axis leaves out.",
+        100.0 * proof.closed,
+        100.0 * proof.closed_ci95[1]
+    );
+    Some(Withheld { by: Veto::RigidBody, reason })
+}
+
+fn unexplained_reference(grounds: &Grounds) -> Option<Withheld> {
     let reference = grounds.reference.filter(|reference| reference.verdict == Verdict::Unknown)?;
     let reason = format!(
         "No explanation fits the reference (a gap of {:.3} × noise is left of it): what the twin lacks of the machine before cannot be \
@@ -70,7 +91,8 @@ mod tests {
     fn exact_a_reference_without_an_explanation_withholds_every_verdict() {
         let unknown = reference(Verdict::Unknown);
         for evident in ALL {
-            let (verdict, withheld) = decide(evident, &Grounds { reference: Some(&unknown) });
+            let grounds = Grounds { reference: Some(&unknown), ..Grounds::default() };
+            let (verdict, withheld) = decide(evident, &grounds);
             assert_eq!((verdict, withheld.map(|w| w.by)), (Verdict::Unknown, Some(Veto::Reference)));
         }
     }
@@ -81,8 +103,32 @@ mod tests {
             assert_eq!(decide(evident, &Grounds::default()), (evident, None));
             for before in [Verdict::NoGap, Verdict::Cause, Verdict::Undecided] {
                 let reference = reference(before);
-                assert_eq!(decide(evident, &Grounds { reference: Some(&reference) }), (evident, None));
+                let grounds = Grounds { reference: Some(&reference), ..Grounds::default() };
+                assert_eq!(decide(evident, &grounds), (evident, None));
             }
         }
+    }
+
+    fn proof(closed: f64, upper: f64) -> RigidBody {
+        RigidBody { before: 10.0, after: 8.0, closed, closed_ci95: [closed - 0.1, upper], runs: Vec::new() }
+    }
+
+    #[test]
+    fn exact_a_proof_that_surely_closes_less_than_half_forbids_a_cause() {
+        let by = |evident, closed, upper| {
+            let proof = proof(closed, upper);
+            let (verdict, withheld) =
+                decide(evident, &Grounds { rigid_body: Some(&proof), ..Grounds::default() });
+            (verdict, withheld.map(|w| w.by))
+        };
+        let failed = Some(Veto::RigidBody);
+        assert_eq!(by(Verdict::Cause, -3.3, -1.0), (Verdict::Unknown, failed));
+        assert_eq!(by(Verdict::Cause, 0.3, 0.49), (Verdict::Unknown, failed));
+        assert_eq!(by(Verdict::Unknown, 0.3, 0.49), (Verdict::Unknown, failed));
+        // What may be half is not refuted, and what cannot be told is no proof against.
+        assert_eq!(by(Verdict::Cause, 0.4, 0.5), (Verdict::Cause, None));
+        assert_eq!(by(Verdict::Cause, 0.4, f64::NAN), (Verdict::Cause, None));
+        assert_eq!(by(Verdict::Undecided, 0.1, 0.2), (Verdict::Undecided, None));
+        assert_eq!(by(Verdict::NoGap, 0.1, 0.2), (Verdict::NoGap, None));
     }
 }

@@ -185,30 +185,31 @@ impl<'a> Ready<'a> {
         chosen.fit.standard_errors = folds.widened(&chosen.fit.standard_errors);
         let (found, predicted) = (&found, folds.predicted_closed);
         let chosen = &found.candidates[found.chosen];
-        let evident = conclude::verdict(found, &self.before, floor.is_measured());
-        let grounds = decide::Grounds { reference: self.known.reference.as_ref() };
-        let (verdict, withheld) = decide::decide(evident, &grounds);
+        let improved = chosen.fit.machine(self.machine)?;
         let mut causes = conclude::causes(found, &self.before, &folds);
+        let floors = [&self.floors.common, floor];
+        let prove = || prove::rigid_body([self.machine, &improved], &self.held_out, floors);
+        let rigid_body = if causes.is_empty() { None } else { prove() };
+        let evident = conclude::verdict(found, &self.before, floor.is_measured());
+        let reference = self.known.reference.as_ref();
+        let grounds = decide::Grounds { reference, rigid_body: rigid_body.as_ref() };
+        let (verdict, withheld) = decide::decide(evident, &grounds);
         let next_experiment = match withheld {
             Some(_) => None,
             None => self.next_experiment(found, verdict, &mut causes)?,
         };
-        let improved = chosen.fit.machine(self.machine)?;
         let vibrates = |cause: &&mut verdict::Cause| cause.effect == EffectId::ExternalVibration.name();
         if let Some(cause) = causes.iter_mut().find(vibrates) {
             cause.phases = phase::of_runs(&improved, self.training.iter().chain(&self.held_out))?;
         }
-        let mut gap = conclude::gap(
+        let gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
             (found.share(found.chosen, &self.before), predicted),
             &self.held_out,
             floor,
         )?;
-        if !causes.is_empty() {
-            let floors = [&self.floors.common, floor];
-            gap.rigid_body = prove::rigid_body([self.machine, &improved], &self.held_out, floors);
-        }
+        let gap = verdict::Gap { rigid_body, ..gap };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floors.common)?;
         conclude::sites(&mut place, &causes, unexplained);
@@ -217,7 +218,6 @@ impl<'a> Ready<'a> {
             _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
             _ => Some(shape::shape(&improved, &self.held_out, floor)?),
         };
-        let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         Ok(Diagnosis {
             schema: "slideway-diagnosis/1",
             verdict,
@@ -235,16 +235,21 @@ impl<'a> Ready<'a> {
             not_examined: Vec::new(),
             ruled_out: cut::ruled_out(options.catalogue, &self.clean, &self.training),
             checks: self.findings(chosen),
-            data: verdict::Data {
-                machine: self.machine.description().name.clone(),
-                training: names(&self.training),
-                held_out: names(&self.held_out),
-                sha256: recording.sha256(),
-                note: recording.note.clone(),
-            },
+            data: self.data(recording),
             reference: self.known.reference.clone(),
             version: env!("CARGO_PKG_VERSION"),
         })
+    }
+
+    fn data(&self, recording: &Recording) -> verdict::Data {
+        let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
+        verdict::Data {
+            machine: self.machine.description().name.clone(),
+            training: names(&self.training),
+            held_out: names(&self.held_out),
+            sha256: recording.sha256(),
+            note: recording.note.clone(),
+        }
     }
 
     /// What is to be known of the data.

@@ -30,6 +30,16 @@ pub struct RigidBody {
     pub runs: Vec<String>,
 }
 
+/// An explanation that surely closes less than this share in the scene is not the one.
+const LEAST_CLOSED: f64 = 0.5;
+
+impl RigidBody {
+    /// Whether the upper end of the interval lies below one half.
+    pub fn has_failed(&self) -> bool {
+        self.closed_ci95[1] < LEAST_CLOSED
+    }
+}
+
 /// Replays held-out runs in the rigid-body scene with the machine as stated and as improved; none where the scene
 /// cannot be built from the machine, no run is short enough, or the twin as it is leaves no gap on these runs.
 ///

@@ -19,6 +19,7 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
 pub(super) fn title(by: Veto) -> &'static str {
     match by {
         Veto::Reference => "Reference not explained",
+        Veto::RigidBody => "Not confirmed in the rigid-body scene",
     }
 }
 
@@ -44,6 +45,10 @@ pub(super) fn what_to_do(by: Veto) -> &'static str {
     match by {
         Veto::Reference => {
             "Diagnose the reference by itself first and give the twin what it lacks, or take a reference that the twin explains."
+        }
+        Veto::RigidBody => {
+            "Put nothing into machine.toml: look at what the rigid-body scene has beyond the reduced axis (attitude, loads of the sliders), \
+             and at the machine where the gap is largest."
         }
     }
 }
