@@ -112,6 +112,7 @@ fn diagnosis() -> Diagnosis {
         run: run.to_owned(),
         check,
         severity,
+        signal: None,
         message: message.to_owned(),
     };
     Diagnosis {
@@ -568,6 +569,7 @@ fn exact_long_names_are_wrapped() {
             run: run.clone(),
             check: Check::MissingReversal,
             severity: Severity::Note,
+            signal: None,
             message: "One way.".to_owned(),
         })
         .collect();
@@ -581,6 +583,7 @@ fn exact_warnings_come_before_notes_and_the_like_is_counted() {
         run: format!("run{k}"),
         check: Check::ChannelDelay,
         severity: Severity::Warning,
+        signal: None,
         message: format!("The current lies {k} samples behind."),
     };
     d.checks.extend((0..5).map(late));

@@ -1,5 +1,6 @@
 //! The verdict: what the evidence says, unless something forbids to say it.
 
+use super::check::{Finding, Severity};
 use super::prove::RigidBody;
 use super::verdict::{Reference, Verdict};
 use serde::Serialize;
@@ -8,6 +9,8 @@ use serde::Serialize;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Veto {
+    /// A column is certainly not what it is taken for: any explanation would be about that.
+    Data,
     /// No explanation fits the reference of a comparison: what it leaves open cannot be told from a change.
     Reference,
     /// In the rigid-body scene the explanation does not close what it closes on the reduced axis.
@@ -26,6 +29,8 @@ pub struct Withheld {
 /// What may forbid a verdict.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Grounds<'a> {
+    /// What the checks of the data found.
+    pub checks: &'a [Finding],
     /// In a comparison, the diagnosis of the reference.
     pub reference: Option<&'a Reference>,
     /// The proof of the explanation in the rigid-body scene, where there is one.
@@ -33,6 +38,8 @@ pub struct Grounds<'a> {
 }
 
 /// The verdict on evidence that speaks for `evident`, and what forbids to give that.
+///
+/// A fatal finding in the data forbids every verdict but `unknown`.
 ///
 /// A reference that came to `unknown` forbids every verdict but `unknown`. One that is `undecided` forbids none: its explanations
 /// predict it alike, so what changed since does not depend on the choice among them; only the values before do.
@@ -42,10 +49,23 @@ pub struct Grounds<'a> {
 pub fn decide(evident: Verdict, grounds: &Grounds) -> (Verdict, Option<Withheld>) {
     let proof =
         || matches!(evident, Verdict::Cause | Verdict::Unknown).then(|| failed_proof(grounds)).flatten();
-    match unexplained_reference(grounds).or_else(proof) {
+    match faulty_data(grounds).or_else(|| unexplained_reference(grounds)).or_else(proof) {
         Some(withheld) => (Verdict::Unknown, Some(withheld)),
         None => (evident, None),
     }
+}
+
+/// The fatal findings.
+pub fn fatal(checks: &[Finding]) -> impl Iterator<Item = &Finding> {
+    checks.iter().filter(|finding| finding.severity == Severity::Fatal)
+}
+
+fn faulty_data(grounds: &Grounds) -> Option<Withheld> {
+    let first = fatal(grounds.checks).next()?;
+    Some(Withheld {
+        by: Veto::Data,
+        reason: format!("Any explanation would be about a fault of the data. {}", first.message),
+    })
 }
 
 fn failed_proof(grounds: &Grounds) -> Option<Withheld> {
@@ -94,6 +114,27 @@ mod tests {
             let grounds = Grounds { reference: Some(&unknown), ..Grounds::default() };
             let (verdict, withheld) = decide(evident, &grounds);
             assert_eq!((verdict, withheld.map(|w| w.by)), (Verdict::Unknown, Some(Veto::Reference)));
+        }
+    }
+
+    #[test]
+    fn exact_a_fatal_finding_withholds_every_verdict_before_all_else() {
+        let finding = |severity| Finding {
+            run: String::new(),
+            check: crate::diagnose::check::Check::SwappedSign,
+            severity,
+            signal: None,
+            message: "The current has the wrong sign.".to_owned(),
+        };
+        let unknown = reference(Verdict::Unknown);
+        for evident in ALL {
+            let by = |severity| {
+                let checks = [finding(Severity::Note), finding(severity)];
+                let grounds = Grounds { checks: &checks, reference: Some(&unknown), ..Grounds::default() };
+                decide(evident, &grounds).1.unwrap().by
+            };
+            assert_eq!(by(Severity::Fatal), Veto::Data);
+            assert_eq!(by(Severity::Warning), Veto::Reference);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Diagnosis: where the twin and the recording disagree, which effect causes it, how far it shrinks.
 //!
-//! The procedure is its own definition: check → floor → locate → hypothesise and fit (training runs only) →
-//! compare (held-out runs only) → conclude.
+//! The procedure is its own definition: check → floor → hypothesise and fit (training runs only) → compare (held-out
+//! runs only) → prove → decide → locate. A fatal finding of the checks ends it before anything is fitted.
 
 mod amplitude;
 pub mod check;
@@ -97,7 +97,10 @@ fn diagnose_after(
     let (training, held_out) = recording.split(SplitRule::default())?;
     let mut ready = Ready::new(machine, &training, &held_out, known)?;
     let view = View::of(machine, &ready.training, options.catalogue);
-    let options = &Options { catalogue: &view.catalogue, ..*options };
+    // What is fitted to a column that is not what it is taken for says nothing.
+    let is_fit_to_judge = decide::fatal(&ready.checks).next().is_none();
+    let catalogue = if is_fit_to_judge { &view.catalogue[..] } else { &[] };
+    let options = &Options { catalogue, ..*options };
     let mut found = ready.search(options, None)?;
     if !found.candidates[found.chosen].effects().is_empty() {
         // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
@@ -124,6 +127,8 @@ struct Ready<'a> {
     /// Stretches of the signal path that show no gap of their own.
     clean: Vec<cut::Cut>,
     known: Before,
+    /// What was noticed in the data.
+    checks: Vec<check::Finding>,
 }
 
 impl<'a> Ready<'a> {
@@ -137,10 +142,11 @@ impl<'a> Ready<'a> {
             runs.iter().map(|run| Experiment::new(run, machine)).collect()
         };
         let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
+        let checks = check::check(machine, &training, &held_out);
         let floors = Floors::estimate(machine, &training, &held_out, &known.left)?;
         let before = Score::of(machine, &held_out, &floors.common)?;
         let clean = cut::clean(machine, &training)?;
-        Ok(Self { machine, training, held_out, floors, before, clean, known })
+        Ok(Self { machine, training, held_out, floors, before, clean, known, checks })
     }
 
     /// Takes the noise floors of another twin of the same machine; tells whether they are others.
@@ -192,7 +198,7 @@ impl<'a> Ready<'a> {
         let rigid_body = if causes.is_empty() { None } else { prove() };
         let evident = conclude::verdict(found, &self.before, floor.is_measured());
         let reference = self.known.reference.as_ref();
-        let grounds = decide::Grounds { reference, rigid_body: rigid_body.as_ref() };
+        let grounds = decide::Grounds { checks: &self.checks, reference, rigid_body: rigid_body.as_ref() };
         let (verdict, withheld) = decide::decide(evident, &grounds);
         let next_experiment = match withheld {
             Some(_) => None,
@@ -254,7 +260,7 @@ impl<'a> Ready<'a> {
 
     /// What is to be known of the data.
     fn findings(&self, chosen: &Candidate) -> Vec<check::Finding> {
-        let mut findings = check::check(self.machine, &self.training, &self.held_out);
+        let mut findings = self.checks.clone();
         findings.extend(visibility::findings(&self.training));
         findings.extend(visibility::findings(&self.held_out));
         findings.extend(chosen.has_own_floor.then(check::coarse_readings));

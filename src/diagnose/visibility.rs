@@ -87,6 +87,7 @@ pub fn findings(experiments: &[Experiment]) -> Vec<Finding> {
             run: run.name().to_string(),
             check: Check::MissingSignal,
             severity: Severity::Note,
+            signal: None,
             message: format!(
                 "Controller or position reference are not known: replayed in windows, driven by the measured {}, each from the measured state.",
                 input.signal().word(run.motion())

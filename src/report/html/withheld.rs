@@ -2,12 +2,14 @@
 
 use crate::diagnose::Diagnosis;
 use crate::report::figure::escape;
-use crate::report::withheld::title;
+use crate::report::withheld::{reasons, title};
 
 /// A paragraph; empty where the verdict is that of the evidence.
 pub(super) fn above(diagnosis: &Diagnosis) -> String {
     diagnosis.withheld.as_ref().map_or_else(String::new, |withheld| {
-        let (title, reason) = (title(withheld.by), super::head::unbroken(&withheld.reason));
-        format!("<p class=\"withheld\"><strong>{title}.</strong> {}</p>\n", escape(&reason))
+        let reasons = reasons(diagnosis, withheld);
+        let list: Vec<String> = reasons.iter().map(|text| escape(&super::head::unbroken(text))).collect();
+        let title = title(withheld.by);
+        format!("<p class=\"withheld\"><strong>{title}.</strong> {}</p>\n", list.join("<br>"))
     })
 }
