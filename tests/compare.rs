@@ -3,7 +3,7 @@
 
 mod strokes;
 
-use slideway::diagnose::decide::Veto;
+use slideway::diagnose::veto::Veto;
 use slideway::diagnose::{Diagnosis, Options, Verdict, compare, improved};
 use slideway::effect::EffectId;
 use slideway::error::ErrorKind;

@@ -4,7 +4,7 @@
 mod strokes;
 
 use slideway::diagnose::check::{Check, Severity};
-use slideway::diagnose::decide::Veto;
+use slideway::diagnose::veto::Veto;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose, improved};
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};

@@ -2,13 +2,13 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
-use slideway::diagnose::decide::{Veto, Withheld};
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
 use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Reference, Share,
     SignalGap, Verdict, Where,
 };
+use slideway::diagnose::veto::{Veto, Withheld};
 use slideway::machine::Machine;
 use slideway::report::{Style, terminal};
 use slideway::units::Motion;
@@ -116,7 +116,7 @@ fn diagnosis() -> Diagnosis {
         message: message.to_owned(),
     };
     Diagnosis {
-        schema: "slideway-diagnosis/1",
+        schema: "slideway-diagnosis/1".to_owned(),
         verdict: Verdict::Cause,
         withheld: None,
         causes: vec![coulomb()],
@@ -165,7 +165,7 @@ fn diagnosis() -> Diagnosis {
             note: Some("simulated, not measured; hidden: effect.coulomb_friction.force_n = 15".to_owned()),
         },
         reference: None,
-        version: "0.1.0",
+        version: "0.1.0".to_owned(),
     }
 }
 
@@ -313,6 +313,25 @@ fn exact_a_withheld_verdict_says_why_first() {
     let json: serde_json::Value = serde_json::to_value(&d).unwrap();
     assert_eq!(json["withheld"]["by"], "reference");
     assert!(serde_json::to_value(diagnosis()).unwrap().get("withheld").is_none());
+}
+
+/// A verdict reads back as it was written; what is not finite is none, and an open interval stays open.
+#[test]
+fn exact_a_diagnosis_reads_back_as_it_was_written() {
+    let mut d = comparison();
+    d.verdict = Verdict::Unknown;
+    d.withheld = Some(Withheld { by: Veto::RigidBody, reason: "It does not close.".to_owned() });
+    d.next_experiment = Some(next_experiment());
+    d.causes.retain(|cause| cause.effect != "screw_error");
+    let back: Diagnosis = serde_json::from_str(&serde_json::to_string(&d).unwrap()).unwrap();
+    // The last digit of a number may be lost.
+    assert_eq!(format!("{back:.12?}"), format!("{d:.12?}"));
+    d.causes[0].parameters.get_mut("factor").unwrap().ci95 = [f64::NEG_INFINITY, 2.0];
+    d.gap.predicted_closed = f64::NAN;
+    let back: Diagnosis = serde_json::from_str(&serde_json::to_string(&d).unwrap()).unwrap();
+    let ci95 = back.causes[0].parameters["factor"].ci95;
+    assert_eq!(ci95, [f64::NEG_INFINITY, 2.0]);
+    assert!(back.gap.predicted_closed.is_nan());
 }
 
 #[test]

@@ -35,7 +35,7 @@ pub fn improved(diagnosis: &Diagnosis, machine: &Machine) -> Result<Option<(Mach
         gap_after: gap.after,
         closed: gap.closed,
         closed_ci95: gap.closed_ci95,
-        version: diagnosis.version.to_owned(),
+        version: diagnosis.version.clone(),
         value,
     };
     Ok(Some((better, provenance)))

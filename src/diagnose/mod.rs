@@ -4,11 +4,11 @@
 //! runs only) → prove → decide → locate. A fatal finding of the checks ends it before anything is fitted.
 
 mod amplitude;
+mod attribute;
 pub mod check;
 pub mod compare;
 mod conclude;
 pub mod cut;
-pub mod decide;
 pub mod estimate;
 pub mod evidence;
 pub mod experiment;
@@ -18,6 +18,7 @@ mod folds;
 pub mod found;
 pub mod hypothesis;
 mod improve;
+mod json;
 mod locate;
 mod measured;
 pub mod motion;
@@ -25,15 +26,20 @@ pub mod next_experiment;
 pub mod noise;
 pub mod objective;
 mod ordinates;
-mod phase;
+pub mod parameter;
+pub mod phase;
+pub mod place;
 pub mod proposals;
 pub mod prove;
+mod rivals;
 mod run_setting;
 mod segments;
 pub mod selection;
 pub mod shape;
+pub mod smooth;
 mod standing;
 pub mod verdict;
+pub mod veto;
 pub mod visibility;
 
 pub use compare::compare;
@@ -98,7 +104,7 @@ fn diagnose_after(
     let mut ready = Ready::new(machine, &training, &held_out, known)?;
     let view = View::of(machine, &ready.training, options.catalogue);
     // What is fitted to a column that is not what it is taken for says nothing.
-    let is_fit_to_judge = decide::fatal(&ready.checks).next().is_none();
+    let is_fit_to_judge = veto::fatal(&ready.checks).next().is_none();
     let catalogue = if is_fit_to_judge { &view.catalogue[..] } else { &[] };
     let options = &Options { catalogue, ..*options };
     let mut found = ready.search(options, None)?;
@@ -197,16 +203,18 @@ impl<'a> Ready<'a> {
         let prove = || prove::rigid_body([self.machine, &improved], &self.held_out, floors);
         let rigid_body = if causes.is_empty() { None } else { prove() };
         let evident = conclude::verdict(found, &self.before, floor.is_measured());
-        let reference = self.known.reference.as_ref();
-        let grounds = decide::Grounds { checks: &self.checks, reference, rigid_body: rigid_body.as_ref() };
-        let (verdict, withheld) = decide::decide(evident, &grounds);
+        let before = self.known.reference.as_ref();
+        let reference =
+            before.map(|before| veto::Before { verdict: before.verdict, gap_after: before.gap_after });
+        let grounds = veto::Grounds { checks: &self.checks, reference, rigid_body: rigid_body.as_ref() };
+        let (verdict, withheld) = veto::decide(evident, &grounds);
         let next_experiment = match withheld {
             Some(_) => None,
             None => self.next_experiment(found, verdict, &mut causes)?,
         };
         let vibrates = |cause: &&mut verdict::Cause| cause.effect == EffectId::ExternalVibration.name();
         if let Some(cause) = causes.iter_mut().find(vibrates) {
-            cause.phases = phase::of_runs(&improved, self.training.iter().chain(&self.held_out))?;
+            cause.phases = conclude::phases(&improved, self.training.iter().chain(&self.held_out))?;
         }
         let gap = conclude::gap(
             [self.machine, &improved],
@@ -218,14 +226,14 @@ impl<'a> Ready<'a> {
         let gap = verdict::Gap { rigid_body, ..gap };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floors.common)?;
-        conclude::sites(&mut place, &causes, unexplained);
+        attribute::attribute(&mut place, &causes, unexplained);
         let left = match verdict {
             Verdict::NoGap => None,
             _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
             _ => Some(shape::shape(&improved, &self.held_out, floor)?),
         };
         Ok(Diagnosis {
-            schema: "slideway-diagnosis/1",
+            schema: verdict::SCHEMA.to_owned(),
             verdict,
             withheld,
             effects: conclude::effects(found, options.catalogue),
@@ -243,7 +251,7 @@ impl<'a> Ready<'a> {
             checks: self.findings(chosen),
             data: self.data(recording),
             reference: self.known.reference.clone(),
-            version: env!("CARGO_PKG_VERSION"),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
         })
     }
 
@@ -284,7 +292,7 @@ impl<'a> Ready<'a> {
             held_out: &self.held_out,
             floor: self.floor_of(&found.candidates[found.chosen]),
             found,
-            rivals: conclude::open_rivals(found, verdict),
+            rivals: rivals::open_rivals(found, verdict == Verdict::Undecided),
         })?;
         for equal in &proposal.equivalent {
             let strange = equal.effects.difference(found.candidates[found.chosen].effects());

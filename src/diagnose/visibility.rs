@@ -6,10 +6,10 @@ use crate::effect::{EffectId, Stretch};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::windows::Input;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// An effect that could not be looked at.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotExamined {
     /// Effect id.
     pub effect: String,

@@ -6,8 +6,8 @@ use super::number::{interval, toml_number, twin, with_interval};
 use super::withheld;
 use crate::diagnose::Verdict;
 use crate::diagnose::check::{Check, Finding, Severity};
-use crate::diagnose::decide::Veto;
 use crate::diagnose::verdict::Diagnosis;
+use crate::diagnose::veto::Veto;
 
 /// Runs that are named before the rest is only counted.
 const RUNS: usize = 4;

@@ -29,11 +29,11 @@ use super::experiment::Experiment;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use smoothed::Smoothed;
 
 /// What a finding is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Check {
     /// Samples that were not taken at an even pace.
@@ -67,7 +67,7 @@ pub enum Check {
 }
 
 /// How much a finding matters; worst first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
     /// Any verdict would be about it: a column that is certainly not what it is taken for.
@@ -79,7 +79,7 @@ pub enum Severity {
 }
 
 /// Something about the data that limits or colours what can be told from them.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     /// The run concerned; empty for the recording as a whole.
     pub run: String,
@@ -88,7 +88,7 @@ pub struct Finding {
     /// How much it matters.
     pub severity: Severity,
     /// The column in doubt, by its canonical name.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signal: Option<String>,
     /// What was found and what follows, as a sentence.
     pub message: String,

@@ -1,12 +1,39 @@
 //! The verdict: what the evidence says, unless something forbids to say it.
+//!
+//! Every verdict passes here: nothing else sets one.
 
 use super::check::{Finding, Severity};
 use super::prove::RigidBody;
-use super::verdict::{Reference, Verdict};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+/// What a diagnosis comes to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Verdict {
+    /// The twin predicts the held-out runs as well as noise allows, calibration inside tolerance included.
+    NoGap,
+    /// One or several effects explain the gap.
+    Cause,
+    /// Several explanations do equally well on the held-out runs.
+    Undecided,
+    /// There is a gap that no effect of the catalogue explains.
+    Unknown,
+}
+
+impl Verdict {
+    /// The word of the JSON.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoGap => "no_gap",
+            Self::Cause => "cause",
+            Self::Undecided => "undecided",
+            Self::Unknown => "unknown",
+        }
+    }
+}
 
 /// What forbids the verdict that the evidence would give.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Veto {
     /// A column is certainly not what it is taken for: any explanation would be about that.
@@ -18,7 +45,7 @@ pub enum Veto {
 }
 
 /// A verdict that was withheld: it is `unknown`, whatever the evidence says.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Withheld {
     /// What forbids it.
     pub by: Veto,
@@ -26,13 +53,22 @@ pub struct Withheld {
     pub reason: String,
 }
 
+/// What the reference of a comparison came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Before {
+    /// Its verdict.
+    pub verdict: Verdict,
+    /// G that is left of it.
+    pub gap_after: f64,
+}
+
 /// What may forbid a verdict.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Grounds<'a> {
     /// What the checks of the data found.
     pub checks: &'a [Finding],
-    /// In a comparison, the diagnosis of the reference.
-    pub reference: Option<&'a Reference>,
+    /// In a comparison, what the reference came to.
+    pub reference: Option<Before>,
     /// The proof of the explanation in the rigid-body scene, where there is one.
     pub rigid_body: Option<&'a RigidBody>,
 }
@@ -92,26 +128,18 @@ fn unexplained_reference(grounds: &Grounds) -> Option<Withheld> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::verdict::Data;
 
     const ALL: [Verdict; 4] = [Verdict::NoGap, Verdict::Cause, Verdict::Undecided, Verdict::Unknown];
 
-    fn reference(verdict: Verdict) -> Reference {
-        let data = Data {
-            machine: String::new(),
-            training: Vec::new(),
-            held_out: Vec::new(),
-            sha256: String::new(),
-            note: None,
-        };
-        Reference { verdict, causes: Vec::new(), gap_before: 20.0, gap_after: 5.0, data }
+    fn reference(verdict: Verdict) -> Before {
+        Before { verdict, gap_after: 5.0 }
     }
 
     #[test]
     fn exact_a_reference_without_an_explanation_withholds_every_verdict() {
         let unknown = reference(Verdict::Unknown);
         for evident in ALL {
-            let grounds = Grounds { reference: Some(&unknown), ..Grounds::default() };
+            let grounds = Grounds { reference: Some(unknown), ..Grounds::default() };
             let (verdict, withheld) = decide(evident, &grounds);
             assert_eq!((verdict, withheld.map(|w| w.by)), (Verdict::Unknown, Some(Veto::Reference)));
         }
@@ -130,7 +158,7 @@ mod tests {
         for evident in ALL {
             let by = |severity| {
                 let checks = [finding(Severity::Note), finding(severity)];
-                let grounds = Grounds { checks: &checks, reference: Some(&unknown), ..Grounds::default() };
+                let grounds = Grounds { checks: &checks, reference: Some(unknown), ..Grounds::default() };
                 decide(evident, &grounds).1.unwrap().by
             };
             assert_eq!(by(Severity::Fatal), Veto::Data);
@@ -144,7 +172,7 @@ mod tests {
             assert_eq!(decide(evident, &Grounds::default()), (evident, None));
             for before in [Verdict::NoGap, Verdict::Cause, Verdict::Undecided] {
                 let reference = reference(before);
-                let grounds = Grounds { reference: Some(&reference), ..Grounds::default() };
+                let grounds = Grounds { reference: Some(reference), ..Grounds::default() };
                 assert_eq!(decide(evident, &grounds), (evident, None));
             }
         }
