@@ -1,5 +1,5 @@
 //! Checks of the data: each fault put into a recording is found and told, and clean recordings raise no warning.
-#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 mod strokes;
 mod support;
@@ -7,7 +7,7 @@ mod support;
 use slideway::diagnose::check::{Check, Finding, Severity, check};
 use slideway::diagnose::experiment::Experiment;
 use slideway::machine::Machine;
-use slideway::recording::{Recording, Role, Run, Signal};
+use slideway::recording::{Recording, Role, Run, Signal, SplitRule};
 use slideway::replay::recording::recorded;
 use slideway::replay::{PlantChoice, simulate};
 use slideway::twin::Sensing;
@@ -67,8 +67,13 @@ fn findings(machine: &Machine, runs: &[Run]) -> Vec<Finding> {
     found
 }
 
+/// What is more than a note.
 fn warnings(found: &[Finding]) -> Vec<&Finding> {
-    found.iter().filter(|finding| finding.severity == Severity::Warning).collect()
+    found.iter().filter(|finding| finding.severity != Severity::Note).collect()
+}
+
+fn are_fatal(found: &[&Finding]) -> bool {
+    found.iter().all(|finding| finding.severity == Severity::Fatal && finding.signal.is_some())
 }
 
 fn with(found: &[Finding], check: Check) -> Vec<&Finding> {
@@ -135,7 +140,12 @@ fn exact_effects_are_no_faults_of_the_data() {
         // Nor where only some signals were logged.
         for dropped in [&[Signal::Velocity][..], &[Signal::Velocity, Signal::Current, Signal::Thrust]] {
             let fewer = changed(&runs, |signals| signals.retain(|signal, _| !dropped.contains(signal)));
-            for finding in with(&findings(&stated, &fewer), Check::ChannelDelay) {
+            let found = findings(&stated, &fewer);
+            assert!(
+                warnings(&found).iter().all(|f| f.severity != Severity::Fatal),
+                "{settings:?}: {found:#?}"
+            );
+            for finding in with(&found, Check::ChannelDelay) {
                 // What looks alike is said to.
                 assert!(finding.message.contains("would look alike"), "{settings:?}: {}", finding.message);
                 assert!(settings[0].0.starts_with("encoder.velocity"), "{settings:?}: {}", finding.message);
@@ -168,6 +178,11 @@ fn exact_late_channels_are_told_from_a_late_loop() {
                     }),
                 );
                 assert_late(&found, runs.len(), word, samples);
+                // What the law computes is exact; a force has more in it than what moves the stated mass.
+                let is_of_law =
+                    matches!(signal, Signal::ControlEffort | Signal::Position | Signal::PositionReference);
+                println!("{word} {samples}: {:?}", warnings(&found)[0].severity);
+                assert!(!is_of_law || are_fatal(&warnings(&found)), "{word} {samples}: {found:#?}");
             }
         }
     }
@@ -232,6 +247,7 @@ fn exact_swapped_signs_are_named_with_their_column() {
         let found = findings(&machine(GRINDER), &runs);
         let warnings = warnings(&found);
         assert_eq!(warnings.len(), runs.len(), "{signal}: {warnings:#?}");
+        assert!(are_fatal(&warnings), "{warnings:#?}");
         for finding in warnings {
             let key = signal.key(slideway::units::Motion::Prismatic);
             assert_eq!(finding.check, Check::SwappedSign);
@@ -261,6 +277,9 @@ fn exact_units_off_by_a_power_of_ten_are_named() {
         assert_eq!(warnings.len(), runs.len(), "{signal} × {factor}: {warnings:#?}");
         for finding in warnings {
             assert_eq!(finding.check, Check::ImplausibleUnit);
+            // Ten times too small a force may be a mass that is not there.
+            let is_certain = !(0.05..20.0).contains(&factor);
+            assert_eq!(finding.severity == Severity::Fatal, is_certain, "{signal} × {factor}");
             assert!(finding.message.contains(unit), "{}", finding.message);
         }
     }
@@ -406,6 +425,50 @@ fn ref_the_shipped_recording_raises_no_warning() {
     let recording = Recording::read(root.join("assets/hidden_coulomb")).unwrap();
     let found = findings(&machine(GRINDER), recording.runs());
     assert!(warnings(&found).is_empty(), "{found:#?}");
+}
+
+/// A column is mapped once for all runs: what one run of three shows is not certain.
+#[test]
+fn exact_one_run_against_the_others_is_no_certain_fault() {
+    let mut runs = clean();
+    let swapped = changed(&runs, |s| s.get_mut(&Signal::Current).unwrap().iter_mut().for_each(|x| *x = -*x));
+    runs[0] = swapped[0].clone();
+    let found = findings(&machine(GRINDER), &runs);
+    assert_eq!(with(&found, Check::SwappedSign)[0].severity, Severity::Warning);
+    runs[1] = swapped[1].clone();
+    let found = findings(&machine(GRINDER), &runs);
+    assert!(with(&found, Check::SwappedSign).len() == 2 && are_fatal(&with(&found, Check::SwappedSign)));
+}
+
+/// No measured log has a fault that would withhold its verdict: a drive whose velocity is filtered, a scale behind a worn screw, a
+/// pendulum polled unevenly, a motor with a disc.
+#[test]
+fn ref_measured_logs_have_no_fatal_finding() {
+    let logs = [
+        ("emps/emps_estimation.csv", EMPS, &["recording.toml"][..]),
+        (
+            "grinder_yaxis/normal_1.parquet",
+            "models/grinder_yaxis",
+            &["normal.toml", "mechanical.toml", "mechanical_8.toml"],
+        ),
+        ("xl330_pendulum/kp100_sin_sin.csv", "models/xl330", &["recording.toml", "six.toml"]),
+        ("delta_a3/S1_noFF_1.parquet", "models/delta_a3", &["recording.toml", "stages.toml"]),
+    ];
+    for (data, model, files) in logs {
+        needs!(support::data(data));
+        for file in files {
+            let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(model).join(file);
+            let (training, held_out) = Recording::read(path).unwrap().split(SplitRule::default()).unwrap();
+            let axis = machine(model);
+            let of = |runs: &[Run]| -> Vec<Experiment> {
+                runs.iter().map(|run| Experiment::new(run, &axis).unwrap()).collect()
+            };
+            for finding in check(&axis, &of(training.runs()), &of(held_out.runs())) {
+                println!("{model}/{file}: {finding:?}");
+                assert!(finding.severity != Severity::Fatal, "{model}/{file}: {finding:#?}");
+            }
+        }
+    }
 }
 
 /// The measured axis of the EMPS benchmark: its log is sound, and delays put into it are found.

@@ -3,11 +3,14 @@
 
 mod strokes;
 
-use slideway::diagnose::{Diagnosis, Options, Verdict, compare};
+use slideway::diagnose::veto::Veto;
+use slideway::diagnose::{Diagnosis, Options, Verdict, compare, improved};
 use slideway::effect::EffectId;
 use slideway::error::ErrorKind;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role};
+use slideway::report::{Style, terminal};
+use slideway::units::Motion;
 use std::path::Path;
 use strokes::Strokes;
 
@@ -99,6 +102,24 @@ fn ref_a_change_inside_tolerance_is_no_cause() {
     let moved = d.calibration.iter().find(|c| c.path == COULOMB).unwrap();
     assert_near(moved.parameter.value, 15.8);
     assert_near(moved.parameter.twin, 15.0);
+}
+
+/// Friction that the catalogue does not hold: what it leaves of the reference could be taken for noise, and a payload for nothing.
+#[test]
+fn exact_a_reference_without_an_explanation_withholds_the_comparison() {
+    let options = Options { catalogue: &[EffectId::LoopDelay, EffectId::Payload], ..Options::default() };
+    let after = [(COULOMB, 15.0), ("effect.payload.mass_kg", 7.0)];
+    for (hidden, seed) in [(&after[..1], 70), (&after[..], 72)] {
+        let (before, after) = (recording(&[(COULOMB, 15.0)], seed), recording(hidden, seed + 1));
+        let d = compare(&machine(), &before, &after, &options).unwrap();
+        let reference = d.reference.as_ref().unwrap();
+        assert_eq!((reference.verdict, d.verdict), (Verdict::Unknown, Verdict::Unknown));
+        assert_eq!(d.withheld.as_ref().unwrap().by, Veto::Reference);
+        assert!(d.next_experiment.is_none() && !d.is_found_in_part());
+        assert!(improved(&d, &machine()).unwrap().is_none());
+        let text = terminal(&d, Motion::Prismatic, Style::default());
+        assert!(text.starts_with("REFERENCE NOT EXPLAINED\n"), "{text}");
+    }
 }
 
 /// What the machine's file states is not found in the reference, but held against both.

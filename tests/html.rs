@@ -249,6 +249,7 @@ fn exact_what_comes_from_files_is_escaped() {
         run: nasty.to_owned(),
         check: Check::Clipping,
         severity: Severity::Warning,
+        signal: None,
         message: nasty.to_owned(),
     };
     diagnosis.checks.push(finding);

@@ -8,6 +8,7 @@ use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Reference, Share,
     SignalGap, Verdict, Where,
 };
+use slideway::diagnose::veto::{Veto, Withheld};
 use slideway::machine::Machine;
 use slideway::recording::Samples;
 use slideway::report::{Style, terminal};
@@ -112,11 +113,13 @@ fn diagnosis() -> Diagnosis {
         run: run.to_owned(),
         check,
         severity,
+        signal: None,
         message: message.to_owned(),
     };
     Diagnosis {
-        schema: "slideway-diagnosis/1",
+        schema: "slideway-diagnosis/1".to_owned(),
         verdict: Verdict::Cause,
+        withheld: None,
         causes: vec![coulomb()],
         effects: vec![EffectProbability { effect: "coulomb_friction".to_owned(), probability: 0.999_96 }],
         ranking: vec![ranked(&["coulomb_friction"], 0.97, 1.08), ranked(&[], 0.0, 41.2)],
@@ -165,7 +168,7 @@ fn diagnosis() -> Diagnosis {
             samples: Samples { used: 9000, recorded: 9000, most: 40_000, stretches: 3 },
         },
         reference: None,
-        version: "0.1.0",
+        version: "0.1.0".to_owned(),
     }
 }
 
@@ -278,6 +281,60 @@ fn exact_comparison_without_a_change_says_so() {
     d.gap.after = 21.0;
     holds(&reports(&d, Motion::Prismatic), &["A gap of 21.0 × noise remains that no effect"]);
     lacks(&reports(&diagnosis(), Motion::Prismatic), &["WHAT CHANGED", "reference"]);
+}
+
+/// Why there is no verdict stands above everything else, and nothing is called found.
+#[test]
+fn exact_a_withheld_verdict_says_why_first() {
+    let mut d = comparison();
+    d.verdict = Verdict::Unknown;
+    d.withheld =
+        Some(Withheld { by: Veto::Reference, reason: "No explanation fits the reference.".to_owned() });
+    d.gap.closed_beside_calibration = 0.99;
+    d.reference.as_mut().unwrap().verdict = Verdict::Unknown;
+    let reports = reports(&d, Motion::Prismatic);
+    for report in &reports {
+        assert!(
+            report.starts_with("REFERENCE NOT EXPLAINED\n  No explanation fits the reference.\n"),
+            "{report}"
+        );
+    }
+    holds(
+        &reports,
+        &[
+            "NO VERDICT No cause is named. The twin of the reference leaves a gap of 41.2 × noise; what comes nearest is a \
+             position gain other than stated in the controller,",
+            "with 99.0 % of it closed.",
+            "no verdict rests on it",
+            "its diagnosis is unknown: no explanation fits it",
+            "Diagnose the reference by itself first",
+        ],
+    );
+    lacks(&reports, &["CAUSE FOUND", "Changed since", "Repair"]);
+    let drawn = slideway::report::sentence(&d, Motion::Prismatic);
+    assert!(drawn.starts_with("No explanation fits the reference. No cause is named."), "{drawn}");
+    let json: serde_json::Value = serde_json::to_value(&d).unwrap();
+    assert_eq!(json["withheld"]["by"], "reference");
+    assert!(serde_json::to_value(diagnosis()).unwrap().get("withheld").is_none());
+}
+
+/// A verdict reads back as it was written; what is not finite is none, and an open interval stays open.
+#[test]
+fn exact_a_diagnosis_reads_back_as_it_was_written() {
+    let mut d = comparison();
+    d.verdict = Verdict::Unknown;
+    d.withheld = Some(Withheld { by: Veto::RigidBody, reason: "It does not close.".to_owned() });
+    d.next_experiment = Some(next_experiment());
+    d.causes.retain(|cause| cause.effect != "screw_error");
+    let back: Diagnosis = serde_json::from_str(&serde_json::to_string(&d).unwrap()).unwrap();
+    // The last digit of a number may be lost.
+    assert_eq!(format!("{back:.12?}"), format!("{d:.12?}"));
+    d.causes[0].parameters.get_mut("factor").unwrap().ci95 = [f64::NEG_INFINITY, 2.0];
+    d.gap.predicted_closed = f64::NAN;
+    let back: Diagnosis = serde_json::from_str(&serde_json::to_string(&d).unwrap()).unwrap();
+    let ci95 = back.causes[0].parameters["factor"].ci95;
+    assert_eq!(ci95, [f64::NEG_INFINITY, 2.0]);
+    assert!(back.gap.predicted_closed.is_nan());
 }
 
 #[test]
@@ -534,6 +591,7 @@ fn exact_long_names_are_wrapped() {
             run: run.clone(),
             check: Check::MissingReversal,
             severity: Severity::Note,
+            signal: None,
             message: "One way.".to_owned(),
         })
         .collect();
@@ -547,6 +605,7 @@ fn exact_warnings_come_before_notes_and_the_like_is_counted() {
         run: format!("run{k}"),
         check: Check::ChannelDelay,
         severity: Severity::Warning,
+        signal: None,
         message: format!("The current lies {k} samples behind."),
     };
     d.checks.extend((0..5).map(late));

@@ -232,8 +232,8 @@ fn exact_a_reported_group_names_its_members() {
     // An undecided verdict is a group of its explanations, as far as they are a twentieth as probable as the first.
     for (probability, standing) in [(0.05, Standing::Group), (0.03, Standing::Extra)] {
         let mut said = verdict("undecided", &[(PAYLOAD, 0.9)]);
-        said["ranking"] = json!([{"effects": [PAYLOAD], "probability": 0.9},
-            {"effects": [COULOMB], "probability": probability}]);
+        said["ranking"] = json!([{"effects": [PAYLOAD], "probability": 0.9, "held_out_gap": 1.0},
+            {"effects": [COULOMB], "probability": probability, "held_out_gap": 1.0}]);
         let case = Judged::new(&case, &committed(&said));
         assert_eq!((standings(&case), case.flagged), (vec![standing], true));
         // Nobody reads explanations that a verdict `cause` leaves aside.

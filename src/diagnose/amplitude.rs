@@ -3,7 +3,7 @@
 use super::fit::Fit;
 use super::folds::Folds;
 use super::hypothesis::Freedom;
-use super::verdict::{NORMAL_975, Parameter};
+use super::parameter::{NORMAL_975, Parameter};
 use crate::effect::EffectId;
 use std::collections::BTreeMap;
 

@@ -2,33 +2,26 @@
 
 use super::amplitude::amplitudes;
 use super::evidence::{Closed, Score, closed};
-use super::experiment::{Experiment, trace};
+use super::experiment::Experiment;
 use super::fit::Fit;
 use super::folds::Folds;
 use super::found::{ADEQUATE_GAP, Candidate, DECIDED, Found, price};
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
-use super::verdict::{
-    Calibration, Cause, EffectProbability, Gap, NORMAL_975, Parameter, Ranked, Share, SignalGap, Verdict,
-    Where,
-};
-use crate::effect::{EffectId, Site};
+use super::parameter::{NORMAL_975, Parameter};
+use super::phase::RunPhase;
+use super::rivals::{INDISTINCT, better, rivals};
+use super::verdict::{Calibration, Cause, EffectProbability, Gap, Ranked, SignalGap, Verdict};
+use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::twin::Sensing;
 use std::collections::BTreeMap;
 
-/// Explanations closer than this in log-likelihood predict equally well (a factor of 20 in likelihood).
-pub const INDISTINCT: f64 = 3.0;
 /// Where the noise is only stated, not seen in the recording, nobody knows how many times the noise is left; what is left
 /// then is a detail where the explanation closes this share.
 const WHOLLY_CLOSED: f64 = 0.99;
-/// Explanations closer than this in log-likelihood may differ by no more than chance: by what each fit made of the
-/// noise of the training runs.
-const NEAR: f64 = 12.0;
-/// A rival less probable than this share of the chosen explanation is not looked into.
-const WORTH_MENTIONING: f64 = 0.001;
 
 /// What the search comes to; `is_measured` tells whether the noise was seen in the recording.
 pub fn verdict(found: &Found, before: &Score, is_measured: bool) -> Verdict {
@@ -44,13 +37,6 @@ pub fn verdict(found: &Found, before: &Score, is_measured: bool) -> Verdict {
     }
     let rivals: f64 = rivals(found).map(|(_, probability)| probability).sum();
     if 1.0 - rivals >= DECIDED { Verdict::Cause } else { Verdict::Undecided }
-}
-
-/// Explanations that lack one of the chosen effects, with their probabilities.
-fn rivals(found: &Found) -> impl Iterator<Item = (&Candidate, f64)> {
-    let chosen = found.candidates[found.chosen].effects();
-    let pairs = found.candidates.iter().zip(found.posterior.iter().copied());
-    pairs.filter(move |(candidate, _)| !candidate.effects().is_superset(chosen))
 }
 
 /// The named causes, most closing first.
@@ -119,16 +105,6 @@ fn probability(found: &Found, effect: EffectId) -> f64 {
     sum.min(1.0)
 }
 
-/// Log-likelihood by which another explanation predicts the held-out runs better than the chosen one, whatever their prior;
-/// none where either cannot be.
-fn better(found: &Found, other: &Candidate, probability: f64) -> Option<f64> {
-    let own = found.posterior[found.chosen];
-    let chosen = found.candidates[found.chosen].effects();
-    let likelihood = |probability: f64, effects: &EffectSet| probability.ln() + price(effects, &found.stated);
-    (own > 0.0 && probability > 0.0)
-        .then(|| likelihood(probability, other.effects()) - likelihood(own, chosen))
-}
-
 /// Effects of explanations that predict the held-out runs as well: worse by no more than [`INDISTINCT`], and better by no more
 /// than what they cost more.
 fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
@@ -149,35 +125,24 @@ fn confusable(found: &Found, effect: EffectId) -> Vec<String> {
     names
 }
 
-/// A rival of the chosen explanation.
-pub struct Rival<'a> {
-    /// The explanation.
-    pub candidate: &'a Candidate,
-    /// Its weight among the rivals.
-    pub weight: f64,
-    /// Whether it predicts the held-out runs as well, or leaves the verdict undecided; else it only comes near, and
-    /// chance may be all that is between them.
-    pub is_open: bool,
-}
-
-/// Explanations that these data do not set apart from the chosen one, or hardly, most probable first.
-pub fn open_rivals(found: &Found, verdict: Verdict) -> Vec<Rival<'_>> {
-    let least = if verdict == Verdict::Undecided { WORTH_MENTIONING } else { f64::INFINITY };
-    let most = found.posterior.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-    let own = found.posterior[found.chosen].max(WORTH_MENTIONING * most);
-    let is_near = |candidate: &Candidate, p: f64, within: f64| {
-        better(found, candidate, p).is_some_and(|better| better > -within) || p > least * own
-    };
-    let mut open: Vec<Rival> = rivals(found)
-        .filter(|(candidate, p)| is_near(candidate, *p, NEAR))
-        .map(|(candidate, p)| Rival {
-            candidate,
-            weight: p / own + WORTH_MENTIONING,
-            is_open: is_near(candidate, p, INDISTINCT),
-        })
-        .collect();
-    open.sort_by(|a, b| b.weight.total_cmp(&a.weight));
-    open
+/// The phase of the machine's vibration in each run, as the run states it or as it suits the run best; none where the machine
+/// has no vibration.
+///
+/// # Errors
+/// A setting of a run that the machine does not have.
+pub fn phases<'a>(
+    machine: &Machine,
+    runs: impl IntoIterator<Item = &'a Experiment>,
+) -> Result<Vec<RunPhase>> {
+    let mut phases = Vec::new();
+    for experiment in runs {
+        let set = experiment.machine(machine)?;
+        let Some(law) = &set.description().effect.external_vibration else { continue };
+        let (sine, cosine) = law.phase_rad.sin_cos();
+        let run = experiment.run().name().to_owned();
+        phases.push(RunPhase { run, phase_rad: sine.atan2(cosine) });
+    }
+    Ok(phases)
 }
 
 fn parameters(fit: &Fit, effect: EffectId) -> BTreeMap<String, Parameter> {
@@ -312,8 +277,9 @@ fn statistics(machine: &Machine, experiments: &[Experiment]) -> Result<BTreeMap<
     for experiment in experiments {
         let predicted = experiment.predict(machine, Sensing::Perfect)?;
         for &signal in experiment.signals() {
-            let Some(measured) = experiment.run().signal(signal) else { continue };
-            let both = measured.iter().copied().zip(trace(&predicted, signal).iter().copied());
+            let measured = experiment.run().signal(signal);
+            let Some((measured, predicted)) = measured.zip(predicted.signal(signal)) else { continue };
+            let both = measured.iter().copied().zip(predicted.iter().copied());
             pairs.entry(signal).or_default().extend(both);
         }
     }
@@ -333,32 +299,4 @@ impl Statistics {
             r2: if spread > 0.0 { 1.0 - squares / spread } else { 0.0 },
         }
     }
-}
-
-/// Shares by site: what the named causes close at their sites; what stays open is spread over the sites of
-/// each segment in proportion to that segment's residual.
-pub fn sites(place: &mut Where, causes: &[Cause], unexplained: f64) {
-    let mut shares: BTreeMap<Site, f64> = Site::ALL.iter().map(|site| (*site, 0.0)).collect();
-    for cause in causes {
-        if let Some(site) = Site::ALL.into_iter().find(|site| site.name() == cause.site) {
-            *shares.entry(site).or_default() += cause.closes.max(0.0);
-        }
-    }
-    for segment in &place.segment {
-        let sites: Vec<Site> =
-            Site::ALL.into_iter().filter(|site| segment.name.split('+').any(|n| n == site.name())).collect();
-        for site in &sites {
-            *shares.entry(*site).or_default() +=
-                unexplained.clamp(0.0, 1.0) * segment.share / sites.len() as f64;
-        }
-    }
-    let total: f64 = shares.values().sum();
-    place.site = shares
-        .into_iter()
-        .map(|(site, share)| Share {
-            name: site.name().to_string(),
-            share: if total > 0.0 { share / total } else { 0.0 },
-        })
-        .collect();
-    place.site.sort_by(|a, b| b.share.total_cmp(&a.share));
 }

@@ -164,8 +164,8 @@ impl Experiment {
         };
         let mut signals = self.run.signals().clone();
         for (signal, samples) in &mut signals {
-            if self.signals.contains(signal) {
-                trace(&traces, *signal).clone_into(samples);
+            if let Some(trace) = traces.signal(*signal).filter(|_| self.signals.contains(signal)) {
+                trace.clone_into(samples);
             }
         }
         let run = self.run.with_signals(signals)?;
@@ -306,17 +306,5 @@ fn follows(signal: Signal, input: Input) -> bool {
         Signal::Current => input != Input::Current,
         Signal::Thrust => input == Input::Effort,
         _ => false,
-    }
-}
-
-/// The predicted signal.
-pub fn trace(traces: &Traces, signal: Signal) -> &[f64] {
-    match signal {
-        Signal::ControlEffort => &traces.effort_v,
-        Signal::Current => &traces.current,
-        Signal::Thrust => &traces.thrust,
-        Signal::Velocity => &traces.velocity,
-        Signal::LoadPosition => &traces.load_position,
-        _ => &traces.position,
     }
 }

@@ -7,12 +7,14 @@ use crate::machine::{Machine, Provenance};
 
 /// The machine with the named causes and the calibrated constants in force, and where these values come from.
 ///
-/// None where there is nothing to put into the machine: no cause was named, or several explanations do equally well.
+/// None where there is nothing to put into the machine: no cause was named, several explanations do equally well, or the verdict
+/// was withheld.
 ///
 /// # Errors
 /// A value that the machine's description refuses: the diagnosis is of another machine.
 pub fn improved(diagnosis: &Diagnosis, machine: &Machine) -> Result<Option<(Machine, Provenance)>> {
-    if diagnosis.causes.is_empty() || diagnosis.verdict == Verdict::Undecided {
+    let is_open = diagnosis.verdict == Verdict::Undecided || diagnosis.withheld.is_some();
+    if diagnosis.causes.is_empty() || is_open {
         return Ok(None);
     }
     let causes = diagnosis.causes.iter().flat_map(|cause| {
@@ -33,7 +35,7 @@ pub fn improved(diagnosis: &Diagnosis, machine: &Machine) -> Result<Option<(Mach
         gap_after: gap.after,
         closed: gap.closed,
         closed_ci95: gap.closed_ci95,
-        version: diagnosis.version.to_owned(),
+        version: diagnosis.version.clone(),
         value,
     };
     Ok(Some((better, provenance)))

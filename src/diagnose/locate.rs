@@ -2,8 +2,8 @@
 
 use super::experiment::Experiment;
 use super::noise::Floor;
+use super::place::{Band, Share, Where};
 use super::segments::segments;
-use super::verdict::{Band, Share, Where};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;

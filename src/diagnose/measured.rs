@@ -1,7 +1,7 @@
 //! What the recorded position tells by itself: a reference where none was logged, and the states at which windows
 //! begin.
 
-use super::motion::{HALF_WIDTH_S, smooth};
+use super::smooth::{HALF_WIDTH_S, smooth};
 use crate::replay::windows::{Input, Restart};
 
 /// Length of a window in s: beside it a noisy start dies out, and errors of force have time to show as motion, but not

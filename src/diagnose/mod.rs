@@ -1,9 +1,10 @@
 //! Diagnosis: where the twin and the recording disagree, which effect causes it, how far it shrinks.
 //!
-//! The procedure is its own definition: check → floor → locate → hypothesise and fit (training runs only) →
-//! compare (held-out runs only) → conclude.
+//! The procedure is its own definition: check → floor → hypothesise and fit (training runs only) → compare (held-out
+//! runs only) → prove → decide → locate. A fatal finding of the checks ends it before anything is fitted.
 
 mod amplitude;
+mod attribute;
 pub mod check;
 pub mod compare;
 mod conclude;
@@ -17,6 +18,7 @@ mod folds;
 pub mod found;
 pub mod hypothesis;
 mod improve;
+mod json;
 mod locate;
 mod measured;
 pub mod motion;
@@ -24,15 +26,20 @@ pub mod next_experiment;
 pub mod noise;
 pub mod objective;
 mod ordinates;
-mod phase;
+pub mod parameter;
+pub mod phase;
+pub mod place;
 pub mod proposals;
 pub mod prove;
+mod rivals;
 mod run_setting;
 mod segments;
 pub mod selection;
 pub mod shape;
+pub mod smooth;
 mod standing;
 pub mod verdict;
+pub mod veto;
 pub mod visibility;
 
 pub use compare::compare;
@@ -80,20 +87,32 @@ impl Default for Options<'_> {
 /// A recording that cannot be split into training and held-out runs, signals that a replay needs and the
 /// recording lacks, or settings that the machine does not have.
 pub fn diagnose(machine: &Machine, recording: &Recording, options: &Options) -> Result<Diagnosis> {
-    diagnose_beside(machine, recording, options, BTreeMap::new())
+    diagnose_after(machine, recording, options, Before::default())
 }
 
-/// Diagnoses a recording against a twin that is known to leave so much of each signal, RMS in SI, anyway.
-fn diagnose_beside(
+/// What is known of the machine before a recording was made.
+#[derive(Clone, Default)]
+struct Before {
+    /// What its twin leaves of each signal anyway, RMS in SI.
+    left: BTreeMap<Signal, f64>,
+    /// In a comparison, the diagnosis of the reference.
+    reference: Option<verdict::Reference>,
+}
+
+/// Diagnoses a recording of a machine of which something is known before.
+fn diagnose_after(
     machine: &Machine,
     recording: &Recording,
     options: &Options,
-    left: BTreeMap<Signal, f64>,
+    known: Before,
 ) -> Result<Diagnosis> {
     let split = recording.split_within(SplitRule::default(), options.most_samples)?;
-    let mut ready = Ready::new(machine, &split.training, &split.held_out, left)?;
+    let mut ready = Ready::new(machine, &split.training, &split.held_out, known)?;
     let view = View::of(machine, &ready.training, options.catalogue);
-    let options = &Options { catalogue: &view.catalogue, ..*options };
+    // What is fitted to a column that is not what it is taken for says nothing.
+    let is_fit_to_judge = veto::fatal(&ready.checks).next().is_none();
+    let catalogue = if is_fit_to_judge { &view.catalogue[..] } else { &[] };
+    let options = &Options { catalogue, ..*options };
     let mut found = ready.search(options, None)?;
     if !found.candidates[found.chosen].effects().is_empty() {
         // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
@@ -119,8 +138,9 @@ struct Ready<'a> {
     before: Score,
     /// Stretches of the signal path that show no gap of their own.
     clean: Vec<cut::Cut>,
-    /// What the twin leaves of each signal anyway, RMS in SI.
-    left: BTreeMap<Signal, f64>,
+    known: Before,
+    /// What was noticed in the data.
+    checks: Vec<check::Finding>,
 }
 
 impl<'a> Ready<'a> {
@@ -128,21 +148,22 @@ impl<'a> Ready<'a> {
         machine: &'a Machine,
         training: &TrainingRuns,
         held_out: &HeldOutRuns,
-        left: BTreeMap<Signal, f64>,
+        known: Before,
     ) -> Result<Self> {
         let experiments = |runs: &[crate::recording::Run]| -> Result<Vec<Experiment>> {
             runs.iter().map(|run| Experiment::new(run, machine)).collect()
         };
         let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
-        let floors = Floors::estimate(machine, &training, &held_out, &left)?;
+        let checks = check::check(machine, &training, &held_out);
+        let floors = Floors::estimate(machine, &training, &held_out, &known.left)?;
         let before = Score::of(machine, &held_out, &floors.common)?;
         let clean = cut::clean(machine, &training)?;
-        Ok(Self { machine, training, held_out, floors, before, clean, left })
+        Ok(Self { machine, training, held_out, floors, before, clean, known, checks })
     }
 
     /// Takes the noise floors of another twin of the same machine; tells whether they are others.
     fn set_floors(&mut self, twin: &Machine) -> Result<bool> {
-        let floors = Floors::estimate(twin, &self.training, &self.held_out, &self.left)?;
+        let floors = Floors::estimate(twin, &self.training, &self.held_out, &self.known.left)?;
         let is_like = |runs: &[Experiment]| floors.common.is_like(&self.floors.common, runs);
         if is_like(&self.training) && is_like(&self.held_out) {
             return Ok(false);
@@ -188,36 +209,45 @@ impl<'a> Ready<'a> {
         chosen.fit.standard_errors = folds.widened(&chosen.fit.standard_errors);
         let (found, predicted) = (&found, folds.predicted_closed);
         let chosen = &found.candidates[found.chosen];
-        let verdict = conclude::verdict(found, &self.before, floor.is_measured());
-        let mut causes = conclude::causes(found, &self.before, &folds);
-        let next_experiment = self.next_experiment(found, verdict, &mut causes)?;
         let improved = chosen.fit.machine(self.machine)?;
+        let mut causes = conclude::causes(found, &self.before, &folds);
+        let floors = [&self.floors.common, floor];
+        let prove = || prove::rigid_body([self.machine, &improved], &self.held_out, floors);
+        let rigid_body = if causes.is_empty() { None } else { prove() };
+        let evident = conclude::verdict(found, &self.before, floor.is_measured());
+        let before = self.known.reference.as_ref();
+        let reference =
+            before.map(|before| veto::Before { verdict: before.verdict, gap_after: before.gap_after });
+        let grounds = veto::Grounds { checks: &self.checks, reference, rigid_body: rigid_body.as_ref() };
+        let (verdict, withheld) = veto::decide(evident, &grounds);
+        let next_experiment = match withheld {
+            Some(_) => None,
+            None => self.next_experiment(found, verdict, &mut causes)?,
+        };
         let vibrates = |cause: &&mut verdict::Cause| cause.effect == EffectId::ExternalVibration.name();
         if let Some(cause) = causes.iter_mut().find(vibrates) {
-            cause.phases = phase::of_runs(&improved, self.training.iter().chain(&self.held_out))?;
+            cause.phases = conclude::phases(&improved, self.training.iter().chain(&self.held_out))?;
         }
-        let mut gap = conclude::gap(
+        let gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
             (found.share(found.chosen, &self.before), predicted),
             &self.held_out,
             floor,
         )?;
-        if !causes.is_empty() {
-            let floors = [&self.floors.common, floor];
-            gap.rigid_body = prove::rigid_body([self.machine, &improved], &self.held_out, floors);
-        }
+        let gap = verdict::Gap { rigid_body, ..gap };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floors.common)?;
-        conclude::sites(&mut place, &causes, unexplained);
+        attribute::attribute(&mut place, &causes, unexplained);
         let left = match verdict {
             Verdict::NoGap => None,
             _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
             _ => Some(shape::shape(&improved, &self.held_out, floor)?),
         };
         Ok(Diagnosis {
-            schema: "slideway-diagnosis/1",
+            schema: verdict::SCHEMA.to_owned(),
             verdict,
+            withheld,
             effects: conclude::effects(found, options.catalogue),
             ranking: conclude::ranking(found),
             refinements: conclude::refinements(found, &self.before),
@@ -232,8 +262,8 @@ impl<'a> Ready<'a> {
             ruled_out: cut::ruled_out(options.catalogue, &self.clean, &self.training),
             checks: self.findings(chosen),
             data: self.data(recording, split),
-            reference: None,
-            version: env!("CARGO_PKG_VERSION"),
+            reference: self.known.reference.clone(),
+            version: env!("CARGO_PKG_VERSION").to_owned(),
         })
     }
 
@@ -253,7 +283,7 @@ impl<'a> Ready<'a> {
 
     /// What is to be known of the data.
     fn findings(&self, chosen: &Candidate) -> Vec<check::Finding> {
-        let mut findings = check::check(self.machine, &self.training, &self.held_out);
+        let mut findings = self.checks.clone();
         findings.extend(visibility::findings(&self.training));
         findings.extend(visibility::findings(&self.held_out));
         findings.extend(chosen.has_own_floor.then(check::coarse_readings));
@@ -277,7 +307,7 @@ impl<'a> Ready<'a> {
             held_out: &self.held_out,
             floor: self.floor_of(&found.candidates[found.chosen]),
             found,
-            rivals: conclude::open_rivals(found, verdict),
+            rivals: rivals::open_rivals(found, verdict == Verdict::Undecided),
         })?;
         for equal in &proposal.equivalent {
             let strange = equal.effects.difference(found.candidates[found.chosen].effects());

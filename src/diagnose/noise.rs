@@ -3,19 +3,19 @@
 mod dwell;
 mod vibration;
 
-use super::experiment::{Experiment, trace};
+use super::experiment::Experiment;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::Traces;
 use crate::twin::Sensing;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use vibration::Shaken;
 
 /// Where a noise floor comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Source {
     /// Difference of runs with the same command.
@@ -118,7 +118,7 @@ impl Floor {
     /// Residuals of one signal of a run, recorded less predicted, in units of their noise.
     pub fn normalised(&self, experiment: &Experiment, signal: Signal, predicted: &Traces) -> Vec<f64> {
         let measured = experiment.run().signal(signal).unwrap_or_default();
-        let pairs = measured.iter().zip(trace(predicted, signal));
+        let pairs = measured.iter().zip(predicted.signal(signal).unwrap_or_default());
         let scale = 1.0 / self.sigma(signal);
         match self.profile(experiment, signal) {
             None => pairs.map(|(m, p)| (m - p) * scale).collect(),
@@ -131,7 +131,7 @@ impl Floor {
     pub fn between_sensors(&self, experiment: &Experiment, predicted: &Traces) -> Option<Vec<f64>> {
         experiment.second_sensor()?;
         let residual = |signal: Signal| -> Option<Vec<f64>> {
-            let pairs = experiment.run().signal(signal)?.iter().zip(trace(predicted, signal));
+            let pairs = experiment.run().signal(signal)?.iter().zip(predicted.signal(signal)?);
             Some(pairs.map(|(m, p)| m - p).collect())
         };
         let (motor, load) = (residual(Signal::Position)?, residual(Signal::LoadPosition)?);
@@ -300,7 +300,12 @@ impl Declared {
         for seed in 0..DRAWS {
             let noisy = experiment.predict(machine, Sensing::AsStated { seed })?;
             for (sum, &signal) in squares.iter_mut().zip(experiment.signals()) {
-                for (k, (a, b)) in trace(&clean, signal).iter().zip(trace(&noisy, signal)).enumerate() {
+                let pairs = clean
+                    .signal(signal)
+                    .into_iter()
+                    .flatten()
+                    .zip(noisy.signal(signal).into_iter().flatten());
+                for (k, (a, b)) in pairs.enumerate() {
                     sum[k] += (a - b) * (a - b) / DRAWS as f64;
                 }
             }

@@ -1,8 +1,6 @@
 //! The phase of a vibration in one run: the run's clock has nothing to do with the source.
 
-use super::experiment::{Experiment, trace};
 use super::hypothesis::path;
-use super::verdict::RunPhase;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -10,7 +8,18 @@ use crate::recording::{Run, Signal};
 use crate::replay::Traces;
 use crate::replay::recorded::shakes;
 use nalgebra::{Matrix2, Vector2};
+use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
+
+/// The phase φ of a vibration from outside, F = A·sin(2π·f·t + φ), in one run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct RunPhase {
+    /// The run.
+    pub run: String,
+    /// φ in rad, −π to π; that which the run states, where it states one. t is the time of the session: the run begins at
+    /// t = [`Run::begins_s`](crate::recording::Run::begins_s).
+    pub phase_rad: f64,
+}
 
 /// Key of the phase.
 const KEY: &str = "phase_rad";
@@ -54,36 +63,17 @@ pub fn suited(
     Ok(machines)
 }
 
-/// The phase of the machine's vibration in each run, as the run states it or as it suits the run best; none where the machine
-/// has no vibration.
-///
-/// # Errors
-/// A setting of a run that the machine does not have.
-pub fn of_runs<'a>(
-    machine: &Machine,
-    runs: impl IntoIterator<Item = &'a Experiment>,
-) -> Result<Vec<RunPhase>> {
-    let mut phases = Vec::new();
-    for experiment in runs {
-        let set = experiment.machine(machine)?;
-        let Some(law) = &set.description().effect.external_vibration else { continue };
-        let (sine, cosine) = law.phase_rad.sin_cos();
-        let run = experiment.run().name().to_owned();
-        phases.push(RunPhase { run, phase_rad: sine.atan2(cosine) });
-    }
-    Ok(phases)
-}
-
 /// The phase in rad at which the replays come nearest to the run; none where they do not depend on it.
 fn best(run: &Run, signals: &[Signal], traces: &[Traces]) -> Option<f64> {
     let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
     for &signal in signals {
-        let Some(measured) = run.signal(signal) else { continue };
+        let probed: Option<Vec<&[f64]>> = traces.iter().map(|traces| traces.signal(signal)).collect();
+        let Some((measured, probed)) = run.signal(signal).zip(probed) else { continue };
         let (mut own, mut target, mut misfit) = (Matrix2::zeros(), Vector2::zeros(), 0.0);
         for (k, measured) in measured.iter().enumerate() {
             let harmonic = |weight: &dyn Fn(f64) -> f64| -> f64 {
-                let probes = traces.iter().enumerate();
-                probes.map(|(p, t)| weight(TAU * p as f64 / PROBES as f64) * trace(t, signal)[k]).sum()
+                let probes = probed.iter().enumerate();
+                probes.map(|(p, trace)| weight(TAU * p as f64 / PROBES as f64) * trace[k]).sum()
             };
             let share = 2.0 / PROBES as f64;
             let row = Vector2::new(share * harmonic(&f64::cos), share * harmonic(&f64::sin));

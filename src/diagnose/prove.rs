@@ -2,6 +2,7 @@
 
 use super::evidence::{Closed, LEAST_EXCESS, Score, closed};
 use super::experiment::Experiment;
+use super::json;
 use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -9,25 +10,39 @@ use crate::plant::rapier::Rig;
 use crate::replay::Traces;
 use crate::twin::Sensing;
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// Simulated time of the runs that are replayed in the scene at most, in s: some 90 ms of computing a second for
 /// the two machines together.
 const LONGEST_S: f64 = 20.0;
 
 /// The gap in the rigid-body scene, on held-out runs.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RigidBody {
     /// G of the twin as it is, in units of noise.
+    #[serde(deserialize_with = "json::number")]
     pub before: f64,
     /// G with the causes added.
+    #[serde(deserialize_with = "json::number")]
     pub after: f64,
     /// 1 − (after² − 1)/(before² − 1).
+    #[serde(deserialize_with = "json::number")]
     pub closed: f64,
     /// Its 95 % interval.
+    #[serde(deserialize_with = "json::interval")]
     pub closed_ci95: [f64; 2],
     /// The held-out runs that were replayed: in their order, as many as time allows.
     pub runs: Vec<String>,
+}
+
+/// An explanation that surely closes less than this share in the scene is not the one.
+const LEAST_CLOSED: f64 = 0.5;
+
+impl RigidBody {
+    /// Whether the upper end of the interval lies below one half.
+    pub fn has_failed(&self) -> bool {
+        self.closed_ci95[1] < LEAST_CLOSED
+    }
 }
 
 /// Replays held-out runs in the rigid-body scene with the machine as stated and as improved; none where the scene

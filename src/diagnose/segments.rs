@@ -4,7 +4,7 @@ use super::evidence::LEAST_EXCESS;
 use super::experiment::Experiment;
 use super::motion::Motion;
 use super::noise::Floor;
-use super::verdict::Share;
+use super::place::Share;
 use crate::controller::Input;
 use crate::drive::amplifier::SplitDelay;
 use crate::drive::motor::{Circuit, CircuitStep};

@@ -3,17 +3,18 @@
 use super::estimate::Screen;
 use super::estimate::periodogram::{Moment, pitches};
 use super::experiment::Experiment;
+use super::json;
 use super::locate::locate;
 use super::motion;
 use super::noise::Floor;
-use super::verdict::{Band, Where};
+use super::place::{Band, Where};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::units::{Motion, engineering};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// The shape of what no named effect explains.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Shape {
     /// Shares of the residual that is left, as for the gap itself.
     #[serde(rename = "where")]
@@ -28,20 +29,23 @@ pub struct Shape {
 }
 
 /// How much of the missing force one quantity accounts for.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Follows {
     /// The quantity.
-    pub quantity: &'static str,
+    pub quantity: String,
     /// Share of the mean square, 0 to 1.
+    #[serde(deserialize_with = "json::number")]
     pub share: f64,
 }
 
 /// A pitch in the missing force.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Repeats {
     /// Pitch in m or rad.
+    #[serde(deserialize_with = "json::number")]
     pub pitch: f64,
     /// Share of the mean square that repeats with it, 0 to 1.
+    #[serde(deserialize_with = "json::number")]
     pub share: f64,
 }
 
@@ -89,8 +93,10 @@ fn follows(screen: &Screen) -> Vec<Follows> {
         let size: f64 = column.iter().map(|c| c * c).sum();
         if size > 0.0 { product * product / (size * total) } else { 0.0 }
     };
-    let mut list: Vec<Follows> =
-        columns.iter().map(|(quantity, column)| Follows { quantity, share: share(column) }).collect();
+    let mut list: Vec<Follows> = columns
+        .iter()
+        .map(|(quantity, column)| Follows { quantity: (*quantity).to_owned(), share: share(column) })
+        .collect();
     list.sort_by(|a, b| b.share.total_cmp(&a.share));
     list
 }
@@ -115,7 +121,7 @@ fn sentence(place: &Where, follows: &[Follows], repeats: Option<&Repeats>, motio
     band(&place.position, length, "at positions from");
     band(&place.speed, speed, "at speeds from");
     if let Some(top) = follows.first().filter(|f| f.share >= NOTABLE) {
-        let what = if top.quantity == "constant" { "a constant" } else { top.quantity };
+        let what = if top.quantity == "constant" { "a constant" } else { &top.quantity };
         parts.push(format!("{:.0} % of the missing force follows {what}", 100.0 * top.share));
     }
     if let Some(repeats) = repeats {

@@ -29,6 +29,7 @@ mod tests {
     use crate::diagnose::folds::Folds;
     use crate::diagnose::found::posterior;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
+    use crate::diagnose::rivals;
     use crate::diagnose::verdict::Verdict;
     use crate::effect::EffectId;
 
@@ -69,7 +70,7 @@ mod tests {
         found.posterior = posterior(&found, &before);
         let folds = Folds { predicted_closed: 1.0, values: vec![] };
         assert!(conclude::causes(&found, &before, &folds)[0].confusable_with.is_empty());
-        let rivals = conclude::open_rivals(&found, Verdict::Undecided);
+        let rivals = rivals::open_rivals(&found, true);
         assert!(rivals.iter().all(|rival| rival.weight.is_finite()));
     }
 

@@ -1,7 +1,13 @@
 //! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
 
 use super::check::Finding;
+pub use super::parameter::Parameter;
+pub use super::phase::RunPhase;
+pub use super::place::{Band, Share, Where};
+pub use super::veto::{Verdict, Withheld};
+
 use super::found::DECIDED;
+use super::json;
 use super::next_experiment::NextExperiment;
 use super::noise::Source;
 use super::prove::RigidBody;
@@ -9,79 +15,49 @@ use super::shape::Shape;
 use super::standing::LARGELY_CLOSED;
 use super::visibility::NotExamined;
 use crate::recording::{Cut, Samples};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
-/// What a diagnosis comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Verdict {
-    /// The twin predicts the held-out runs as well as noise allows, calibration inside tolerance included.
-    NoGap,
-    /// One or several effects explain the gap.
-    Cause,
-    /// Several explanations do equally well on the held-out runs.
-    Undecided,
-    /// There is a gap that no effect of the catalogue explains.
-    Unknown,
-}
-
-/// 97.5 % quantile of the normal distribution.
-pub(super) const NORMAL_975: f64 = 1.959_964;
-
-/// A fitted number with its interval.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Parameter {
-    /// Estimate.
-    pub value: f64,
-    /// 95 % interval.
-    pub ci95: [f64; 2],
-    /// Unit.
-    pub unit: String,
-    /// What the twin has instead.
-    pub twin: f64,
-}
-
 /// An effect that is named as a cause.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cause {
     /// Effect id.
     pub effect: String,
     /// The group that it belongs to, where several effects are numbers of one thing.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub group: Option<String>,
     /// Its place on the signal path.
+    #[serde(default)]
     pub site: String,
     /// Posterior probability that it acts.
+    #[serde(default)]
     pub probability: f64,
     /// Share of the gap that it closes.
+    #[serde(default)]
     pub closes: f64,
     /// Effects that could stand in its place on these data.
+    #[serde(default)]
     pub confusable_with: Vec<String>,
     /// Why these data cannot tell them apart, as a sentence.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub confusable_reason: Option<String>,
     /// Its parameters.
+    #[serde(default)]
     pub parameters: BTreeMap<String, Parameter>,
     /// Amplitudes of its waves, each of a sine and a cosine among the parameters.
-    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub amplitudes: BTreeMap<String, Parameter>,
     /// Of a vibration from outside, its phase in each run, training runs first.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub phases: Vec<RunPhase>,
 }
 
-/// The phase φ of a vibration from outside, F = A·sin(2π·f·t + φ), in one run.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct RunPhase {
-    /// The run.
-    pub run: String,
-    /// φ in rad, −π to π; that which the run states, where it states one. t is the time of the session: the run begins at
-    /// t = [`Run::begins_s`](crate::recording::Run::begins_s).
-    pub phase_rad: f64,
-}
-
 impl Cause {
+    /// Whether the cause, or an effect that is reported as one with it, has a name.
+    pub fn covers(&self, name: &str) -> bool {
+        self.effect == name || self.confusable_with.iter().any(|other| other == name)
+    }
+
     /// What an engineer asks for: amplitudes in the place of sines and cosines.
     pub fn told(&self) -> impl Iterator<Item = (&String, &Parameter)> {
         let of_wave = |key: &str| {
@@ -98,7 +74,7 @@ impl Cause {
 }
 
 /// Probability that one effect of the catalogue acts.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct EffectProbability {
     /// Effect id.
     pub effect: String,
@@ -107,18 +83,20 @@ pub struct EffectProbability {
 }
 
 /// One explanation of the ranking.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Ranked {
     /// Its effects; empty: the twin as it is, calibrated.
     pub effects: Vec<String>,
     /// Posterior probability.
+    #[serde(deserialize_with = "json::number")]
     pub probability: f64,
     /// Gap G on the held-out runs.
+    #[serde(deserialize_with = "json::number")]
     pub held_out_gap: f64,
 }
 
 /// A stated constant moved inside its tolerance.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
     /// Key path.
     pub path: String,
@@ -130,55 +108,74 @@ pub struct Calibration {
 }
 
 /// One signal on the held-out runs, before and after, in SI.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct SignalGap {
     /// Canonical name.
     pub signal: String,
     /// RMS of recorded less predicted, twin as it is.
+    #[serde(deserialize_with = "json::number")]
     pub rms_before: f64,
     /// The same with the causes added.
+    #[serde(deserialize_with = "json::number")]
     pub rms_after: f64,
     /// Noise σ.
+    #[serde(deserialize_with = "json::number")]
     pub noise: f64,
     /// Where the noise σ comes from.
     pub noise_source: Source,
     /// Mean absolute residual before.
+    #[serde(deserialize_with = "json::number")]
     pub mae_before: f64,
     /// Mean absolute residual after.
+    #[serde(deserialize_with = "json::number")]
     pub mae_after: f64,
     /// Largest absolute residual before.
+    #[serde(deserialize_with = "json::number")]
     pub peak_before: f64,
     /// Largest absolute residual after.
+    #[serde(deserialize_with = "json::number")]
     pub peak_after: f64,
     /// Coefficient of determination before.
+    #[serde(deserialize_with = "json::number")]
     pub r2_before: f64,
     /// Coefficient of determination after.
+    #[serde(deserialize_with = "json::number")]
     pub r2_after: f64,
 }
 
 /// How large the gap is and how far it shrinks.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Gap {
     /// G of the twin as it is, in units of noise.
+    #[serde(default, deserialize_with = "json::number")]
     pub before: f64,
     /// G with the causes added.
+    #[serde(default, deserialize_with = "json::number")]
     pub after: f64,
     /// G that noise alone leaves: 1.
+    #[serde(default, deserialize_with = "json::number")]
     pub floor: f64,
     /// 1 − (after² − 1)/(before² − 1).
+    #[serde(default, deserialize_with = "json::number")]
     pub closed: f64,
     /// Its 95 % interval.
+    #[serde(default, deserialize_with = "json::interval")]
     pub closed_ci95: [f64; 2],
     /// The smaller of this share and that of what calibration alone leaves: what is to the causes' credit.
+    #[serde(default, deserialize_with = "json::number")]
     pub closed_beside_calibration: f64,
     /// Whether the noise of every signal was seen in the recording: in repeats, or at standstill as at least a third of what is
     /// stated. A multiple of it is then known as such.
+    #[serde(default)]
     pub noise_is_measured: bool,
     /// What cross-validation inside the training runs predicted.
+    #[serde(default, deserialize_with = "json::number")]
     pub predicted_closed: f64,
     /// The same in the rigid-body scene; none without causes, and where the scene cannot be built.
+    #[serde(default)]
     pub rigid_body: Option<RigidBody>,
     /// Signal by signal.
+    #[serde(default)]
     pub signals: Vec<SignalGap>,
 }
 
@@ -187,72 +184,15 @@ impl Diagnosis {
     /// the cause is found, and what is left is more than noise and has no name.
     pub fn is_found_in_part(&self) -> bool {
         self.verdict == Verdict::Unknown
+            && self.withheld.is_none()
             && !self.causes.is_empty()
             && self.causes.iter().all(|cause| cause.probability >= DECIDED)
             && self.gap.closed_beside_calibration >= LARGELY_CLOSED
     }
 }
 
-/// A share of the gap by name.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Share {
-    /// Site, segment or phase.
-    #[serde(skip)]
-    pub name: String,
-    /// Share, 0 to 1.
-    pub share: f64,
-}
-
-/// A share of the gap between two values.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Band {
-    /// From.
-    pub from: f64,
-    /// To.
-    pub to: f64,
-    /// Share, 0 to 1.
-    pub share: f64,
-}
-
-/// Where the gap lies.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Where {
-    /// By place on the signal path.
-    pub site: Vec<Share>,
-    /// By stretch of the signal path between two logged signals, with its residual as a force.
-    pub segment: Vec<Share>,
-    /// By phase of the motion.
-    pub phase: Vec<Share>,
-    /// By frequency.
-    pub frequency_hz: Vec<Band>,
-    /// By position, m or rad.
-    pub position: Vec<Band>,
-    /// By speed, m/s or rad/s.
-    pub speed: Vec<Band>,
-}
-
-impl Serialize for Where {
-    fn serialize<S: serde::Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        use serde::ser::SerializeStruct;
-        let named = |key: &'static str, shares: &[Share]| -> Vec<BTreeMap<&'static str, serde_json::Value>> {
-            shares
-                .iter()
-                .map(|s| BTreeMap::from([(key, s.name.clone().into()), ("share", s.share.into())]))
-                .collect()
-        };
-        let mut map = serializer.serialize_struct("Where", 6)?;
-        map.serialize_field("site", &named("site", &self.site))?;
-        map.serialize_field("segment", &named("segment", &self.segment))?;
-        map.serialize_field("phase", &named("phase", &self.phase))?;
-        map.serialize_field("frequency_hz", &self.frequency_hz)?;
-        map.serialize_field("position", &self.position)?;
-        map.serialize_field("speed", &self.speed)?;
-        map.end()
-    }
-}
-
 /// What the diagnosis stands on.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Data {
     /// Name of the machine.
     pub machine: String,
@@ -271,60 +211,82 @@ pub struct Data {
 }
 
 /// What a comparison stands on: the diagnosis of the reference recording, whose twin is the baseline.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Reference {
-    /// What the reference came to, against the machine file.
+    /// What the reference came to, against the machine file: `unknown` where no pass of its diagnosis explains it.
     pub verdict: Verdict,
     /// What the machine had when the reference was recorded; `twin` is what the machine file has.
     pub causes: Vec<Cause>,
     /// G of the machine file's twin on the reference's held-out runs.
+    #[serde(deserialize_with = "json::number")]
     pub gap_before: f64,
     /// G of the baseline on them.
+    #[serde(deserialize_with = "json::number")]
     pub gap_after: f64,
     /// The reference recording.
     pub data: Data,
 }
 
+/// Name and version of the form.
+pub const SCHEMA: &str = "slideway-diagnosis/1";
+
 /// The whole diagnosis.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Diagnosis {
     /// `slideway-diagnosis/1`.
-    pub schema: &'static str,
+    pub schema: String,
     /// What it comes to.
     pub verdict: Verdict,
+    /// Why the verdict is `unknown` whatever the evidence says; none where the evidence gave it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub withheld: Option<Withheld>,
     /// The effects named, most closing first.
+    #[serde(default)]
     pub causes: Vec<Cause>,
     /// Probability of every effect of the catalogue, most probable first.
+    #[serde(default)]
     pub effects: Vec<EffectProbability>,
     /// Explanations, most probable first.
+    #[serde(default)]
     pub ranking: Vec<Ranked>,
     /// Explanations that predict better still, by less than is worth naming beside this gap: what a diagnosis
     /// with the causes in the twin would look at next.
+    #[serde(default)]
     pub refinements: Vec<Ranked>,
     /// Stated constants moved inside their tolerance.
+    #[serde(default)]
     pub calibration: Vec<Calibration>,
     /// How large, how far.
+    #[serde(default)]
     pub gap: Gap,
     /// Where.
-    #[serde(rename = "where")]
+    #[serde(default, rename = "where")]
     pub place: Where,
     /// Share of the gap that stays open.
+    #[serde(default)]
     pub unexplained: f64,
     /// What the gap that stays open looks like, where it is more than noise.
+    #[serde(default)]
     pub left: Option<Shape>,
     /// The experiment that would settle what these data leave open; none where nothing is open, or nothing settles it.
+    #[serde(default)]
     pub next_experiment: Option<NextExperiment>,
     /// Effects that the recorded signals cannot show.
+    #[serde(default)]
     pub not_examined: Vec<NotExamined>,
     /// Effects that act in a stretch of the signal path which, replayed alone, shows no gap.
+    #[serde(default)]
     pub ruled_out: Vec<NotExamined>,
     /// What was noticed in the data.
+    #[serde(default)]
     pub checks: Vec<Finding>,
     /// What it stands on.
+    #[serde(default)]
     pub data: Data,
     /// In a comparison, the recording before: causes are then what changed since, and `twin` is the value before.
-    #[serde(skip_serializing_if = "Option::is_none")]
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reference: Option<Reference>,
     /// Version of this program.
-    pub version: &'static str,
+    #[serde(default)]
+    pub version: String,
 }

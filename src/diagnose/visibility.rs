@@ -6,10 +6,10 @@ use crate::effect::{EffectId, Stretch};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::windows::Input;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// An effect that could not be looked at.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotExamined {
     /// Effect id.
     pub effect: String,
@@ -87,6 +87,7 @@ pub fn findings(experiments: &[Experiment]) -> Vec<Finding> {
             run: run.name().to_string(),
             check: Check::MissingSignal,
             severity: Severity::Note,
+            signal: None,
             message: format!(
                 "Controller or position reference are not known: replayed in windows, driven by the measured {}, each from the measured state.",
                 input.signal().word(run.motion())

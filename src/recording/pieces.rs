@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use super::coverage::{BINS, Counts, Coverage, MOTION_BINS, ways};
 use super::profile::Profile;
@@ -33,7 +33,7 @@ const PORTIONS: usize = 12;
 const GOES_ON: f64 = 1.5;
 
 /// How a single run was cut.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Cut {
     /// Name of the run.
     pub run: String,
@@ -44,11 +44,11 @@ pub struct Cut {
     /// Whether the axis was moving there: it never stands.
     pub in_motion: bool,
     /// Directions, forward and backward, that only one side has.
-    pub one_sided: Vec<&'static str>,
+    pub one_sided: Vec<String>,
 }
 
 /// Samples of a recording and how many of them are worked on.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Samples {
     /// Worked on.
     pub used: usize,
@@ -102,7 +102,7 @@ pub(super) fn halves(run: &Run) -> Option<(Vec<Run>, Vec<Run>, Cut)> {
             .map(|(samples, _)| [time_s(samples.start), time_s(samples.end)])
             .collect(),
         in_motion,
-        one_sided: one_sided(&counts, &held_out),
+        one_sided: one_sided(&counts, &held_out).into_iter().map(str::to_owned).collect(),
     };
     let side = |wanted: bool| -> Vec<Run> {
         let of = sides.iter().filter(|(_, held)| *held == wanted);

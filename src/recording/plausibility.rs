@@ -44,6 +44,8 @@ pub struct Finding {
     pub expected: String,
     /// What to do about it.
     pub remedy: String,
+    /// Whether two signals that tell the same motion differ by the factor of a unit; else a number is only beyond what axes do.
+    pub is_unit_factor: bool,
 }
 
 impl fmt::Display for Finding {
@@ -89,6 +91,7 @@ fn period(run: &Run) -> Option<Finding> {
         expected: format!("a period of {LONGEST_PERIOD_S} s at most"),
         remedy: "give the unit of the time column, unit = \"ms\" perhaps, or correct sample_period_s"
             .to_owned(),
+        is_unit_factor: false,
     })
 }
 
@@ -110,6 +113,7 @@ fn travel(run: &Run) -> Option<Finding> {
             remedy: format!(
                 "give the unit of the column, `{key} = {{ column = \"…\", unit = \"mm\" }}` perhaps"
             ),
+            is_unit_factor: false,
         })
     })
 }
@@ -129,6 +133,7 @@ fn speed(run: &Run) -> Option<Finding> {
             remedy: format!(
                 "give the unit of the column, `{key} = {{ column = \"…\", unit = \"{example}\" }}` perhaps"
             ),
+            is_unit_factor: false,
         })
     })
 }
@@ -225,6 +230,7 @@ fn unit_finding(run: &Run, slope: f64, signal: Signal, other: Signal, of: &str) 
         found: format!("`{key}` about {times} × {of}`{other_key}`"),
         expected: "1 ×".to_owned(),
         remedy,
+        is_unit_factor: true,
     })
 }
 

@@ -86,6 +86,24 @@ impl Traces {
         self.load_position.push(sample.load_position);
     }
 
+    /// The trace of a signal; none of what a replay is told and does not predict.
+    pub fn signal(&self, signal: Signal) -> Option<&[f64]> {
+        match signal {
+            Signal::ControlEffort => Some(&self.effort_v),
+            Signal::Current => Some(&self.current),
+            Signal::Thrust => Some(&self.thrust),
+            Signal::Position => Some(&self.position),
+            Signal::Velocity => Some(&self.velocity),
+            Signal::LoadPosition => Some(&self.load_position),
+            Signal::PositionReference
+            | Signal::VelocityReference
+            | Signal::TorqueEnabled
+            | Signal::DisturbanceVoltage
+            | Signal::SupplyVoltage
+            | Signal::DisturbanceForce => None,
+        }
+    }
+
     /// Forgets the first samples.
     pub fn forget(&mut self, samples: usize) {
         let Self { position, velocity, effort_v, current, thrust, load_position, slider_loads } = self;
@@ -93,19 +111,6 @@ impl Traces {
             trace.drain(..samples.min(trace.len()));
         }
         slider_loads.drain(..samples.min(slider_loads.len()));
-    }
-
-    /// A signal by its name; none for those that a replay does not yield.
-    pub fn signal(&self, signal: Signal) -> Option<&[f64]> {
-        Some(match signal {
-            Signal::ControlEffort => &self.effort_v,
-            Signal::Current => &self.current,
-            Signal::Thrust => &self.thrust,
-            Signal::Position => &self.position,
-            Signal::Velocity => &self.velocity,
-            Signal::LoadPosition => &self.load_position,
-            _ => return None,
-        })
     }
 
     /// Number of samples.

@@ -44,7 +44,14 @@ pub(super) fn had(reference: &Reference) -> String {
     let found =
         if found.is_empty() { "nothing beside the machine file".to_owned() } else { found.join("; ") };
     let (before, after) = (plain(reference.gap_before), times_noise(reference.gap_after));
-    format!("{found} (G = {before} → {after})")
+    let open = match reference.verdict {
+        Verdict::Undecided => {
+            "; its diagnosis is undecided: other explanations predict it as well, with other values before"
+        }
+        Verdict::Unknown => "; its diagnosis is unknown: no explanation fits it",
+        Verdict::NoGap | Verdict::Cause => "",
+    };
+    format!("{found} (G = {before} → {after}){open}")
 }
 
 fn table(causes: &[Cause]) -> Table {

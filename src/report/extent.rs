@@ -87,12 +87,13 @@ fn summary(diagnosis: &Diagnosis, style: Style) -> String {
         out += &line("closed", &closed);
         if let Some(scene) = &gap.rigid_body {
             let text = format!(
-                "{} closed in the rigid-body scene ({} → {} × noise, {} of {} held-out runs)",
+                "{} closed in the rigid-body scene ({} → {} × noise, {} of {} held-out runs){}",
                 percent(scene.closed),
                 plain(scene.before),
                 plain(scene.after),
                 scene.runs.len(),
-                diagnosis.data.held_out.len()
+                diagnosis.data.held_out.len(),
+                if scene.has_failed() { ": the explanation is not confirmed there" } else { "" }
             );
             out += &line("rigid body", &text);
         }

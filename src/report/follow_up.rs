@@ -3,9 +3,11 @@
 use super::Style;
 use super::layout::{Align, INDENT, Ink, Table, columns, paragraph, wrap};
 use super::number::{interval, toml_number, twin, with_interval};
+use super::withheld;
 use crate::diagnose::Verdict;
 use crate::diagnose::check::{Check, Finding, Severity};
 use crate::diagnose::verdict::Diagnosis;
+use crate::diagnose::veto::Veto;
 
 /// Runs that are named before the rest is only counted.
 const RUNS: usize = 4;
@@ -14,7 +16,8 @@ const SENTENCES: usize = 3;
 
 /// Constants moved inside their tolerance; those at its edge are flagged.
 pub(super) fn calibration(diagnosis: &Diagnosis, style: Style) -> String {
-    if diagnosis.calibration.is_empty() {
+    let is_of_faulty_data = diagnosis.withheld.as_ref().is_some_and(|withheld| withheld.by == Veto::Data);
+    if diagnosis.calibration.is_empty() || is_of_faulty_data {
         return String::new();
     }
     use Align::{Left, Right};
@@ -41,38 +44,62 @@ pub(super) fn calibration(diagnosis: &Diagnosis, style: Style) -> String {
     out
 }
 
-/// What was noticed in the data: warnings first, each sentence once with the runs it concerns.
-pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
-    let mut sentences: Vec<(&Finding, Vec<&str>)> = Vec::new();
-    for finding in &diagnosis.checks {
-        let place = match sentences.iter().position(|(first, _)| first.message == finding.message) {
-            Some(place) => place,
-            None => {
-                sentences.push((finding, Vec::new()));
-                sentences.len() - 1
-            }
-        };
-        if !finding.run.is_empty() {
-            sentences[place].1.push(&finding.run);
+/// A finding, told once for all runs that it concerns.
+pub(super) struct Sentence<'a> {
+    /// What it is about.
+    pub(super) check: Check,
+    /// How much it matters.
+    pub(super) severity: Severity,
+    /// The runs.
+    pub(super) runs: Vec<&'a str>,
+    message: &'a str,
+    /// Number of all runs.
+    count: usize,
+}
+
+impl Sentence<'_> {
+    /// The sentence with its runs.
+    pub(super) fn text(&self) -> String {
+        match runs_text(&self.runs, self.count) {
+            Some(runs) => format!("{} ({runs})", self.message),
+            None => self.message.to_owned(),
         }
     }
-    if sentences.is_empty() {
+}
+
+/// What was noticed in the data, worst first.
+pub(super) fn sentences(diagnosis: &Diagnosis) -> Vec<Sentence<'_>> {
+    let count = diagnosis.data.training.len() + diagnosis.data.held_out.len();
+    let mut sentences: Vec<Sentence> = Vec::new();
+    for Finding { run, check, severity, message, .. } in &diagnosis.checks {
+        let is_same = |first: &Sentence| first.message == message && first.severity == *severity;
+        let place = sentences.iter().position(is_same).unwrap_or_else(|| {
+            sentences.push(Sentence { check: *check, severity: *severity, runs: Vec::new(), message, count });
+            sentences.len() - 1
+        });
+        if !run.is_empty() {
+            sentences[place].runs.push(run);
+        }
+    }
+    sentences.sort_by_key(|sentence| sentence.severity);
+    sentences
+}
+
+/// What was noticed in the data: warnings first, each sentence once with the runs it concerns. What withholds the verdict stands
+/// above it.
+pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
+    let sentences = sentences(diagnosis);
+    let rest: Vec<&Sentence> = sentences.iter().filter(|s| s.severity != Severity::Fatal).collect();
+    if rest.is_empty() {
         return String::new();
     }
-    sentences.sort_by_key(|(finding, _)| finding.severity);
-    let count = diagnosis.data.training.len() + diagnosis.data.held_out.len();
     let mut out = style.heading("NOTICED IN THE DATA", "");
     let mut said: Vec<(Check, usize)> = Vec::new();
-    for (finding, runs) in &sentences {
-        said.push((finding.check, runs.len().max(1)));
-        if said.iter().filter(|(check, _)| *check == finding.check).count() > SENTENCES {
-            continue;
+    for sentence in rest {
+        said.push((sentence.check, sentence.runs.len().max(1)));
+        if said.iter().filter(|(check, _)| *check == sentence.check).count() <= SENTENCES {
+            out += &item(&sentence.text(), sentence.severity, style);
         }
-        let text = match runs_text(runs, count) {
-            Some(runs) => format!("{} ({runs})", finding.message),
-            None => finding.message.clone(),
-        };
-        out += &item(&text, finding.severity, style);
     }
     out += &unsaid(&said, style);
     out
@@ -97,7 +124,7 @@ fn unsaid(said: &[(Check, usize)], style: Style) -> String {
 /// A sentence of a list; warnings are marked.
 fn item(text: &str, severity: Severity, style: Style) -> String {
     let mark = match severity {
-        Severity::Warning => style.ink(Ink::Warning, "!"),
+        Severity::Fatal | Severity::Warning => style.ink(Ink::Warning, "!"),
         Severity::Note => "·".to_owned(),
     };
     let lines = wrap(text, style.width - columns(INDENT) - 2);
@@ -143,6 +170,9 @@ pub(super) fn is_for_the_twin(diagnosis: &Diagnosis) -> bool {
 
 /// What to do now, in a sentence; empty where nothing can be said.
 pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
+    if let Some(withheld) = &diagnosis.withheld {
+        return withheld::what_to_do(withheld.by);
+    }
     let compares = diagnosis.reference.is_some();
     match diagnosis.verdict {
         Verdict::NoGap if compares => "Nothing to repair: the machine is as it was.",

@@ -28,6 +28,7 @@ pub mod swept;
 mod terminal;
 mod tuned;
 mod which;
+mod withheld;
 
 pub use catalogue::{effect_list, effect_sheet, example};
 pub use compared::{Comparison, compared};

@@ -27,6 +27,7 @@ pub(super) fn section(diagnosis: &Diagnosis, motion: Motion, style: Style) -> St
     let remark = format!("shares of the gap of the {}, on the held-out runs", baseline(diagnosis));
     let mut out = style.heading("WHERE", &remark);
     out += &signal_path(&place.site);
+    out += &unseparated(&place.site, style);
     out += &segments(&place.segment, style);
     let [position, speed] = match motion {
         Motion::Prismatic => ["m", "m/s"],
@@ -59,13 +60,33 @@ fn signal_path(shares: &[Share]) -> String {
     format!("{names}{bars}{shares}")
 }
 
+/// What lies somewhere in a block of sites, as no logged signal separates them; empty where there is no block.
+pub(super) fn blocks(shares: &[Share]) -> Vec<String> {
+    let is_block = |share: &&Share| share.name.contains('+') && share.share >= LEAST_SHARE;
+    let sentence = |block: &Share| format!("{} in {}", percent(block.share), block.name.replace('+', " or "));
+    shares.iter().filter(is_block).map(sentence).collect()
+}
+
+/// The blocks as a line below the path.
+fn unseparated(shares: &[Share], style: Style) -> String {
+    let blocks = blocks(shares);
+    if blocks.is_empty() {
+        return String::new();
+    }
+    let text = format!("{} (no logged signal separates these)", blocks.join(" · "));
+    format!("\n{}", labelled("not separated", 22, &text, style))
+}
+
 fn segments(shares: &[Share], style: Style) -> String {
     if shares.is_empty() {
         return String::new();
     }
     let list: Vec<String> =
         shares.iter().map(|s| format!("{} {}", s.name.replace('+', " + "), percent(s.share))).collect();
-    let text = format!("{} (each replayed alone, residual as a force)", list.join(" · "));
+    let text = format!(
+        "{} (what a cause closes where it acts; what stays open by the residual of each, replayed alone)",
+        list.join(" · ")
+    );
     format!("\n{}", labelled("between logged signals", 22, &text, style))
 }
 

@@ -3,6 +3,7 @@
 use super::changes;
 use super::number::{brief, brief_twin, percent, plain, probability, value};
 use super::place::{banded, named, top};
+use super::withheld;
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Ranked, SignalGap};
 use crate::effect::EffectId;
@@ -20,8 +21,11 @@ const RIVALS: usize = 4;
 
 /// The verdict in a sentence, with numbers in engineering units; a second one where a gap remains behind the causes.
 ///
-/// In a comparison, the sentence says what changed since the reference recording.
+/// In a comparison, the sentence says what changed since the reference recording. Where the verdict was withheld, it says why first.
 pub fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
+    if let Some(why) = &diagnosis.withheld {
+        return withheld::sentence(diagnosis, why);
+    }
     if let Some(text) = changes::sentence(diagnosis, motion) {
         return text;
     }
@@ -193,7 +197,7 @@ pub(super) fn is_resolved(parameter: &Parameter) -> bool {
 }
 
 /// "a, b and c".
-fn listed(parts: &[String]) -> String {
+pub(super) fn listed(parts: &[String]) -> String {
     match parts {
         [] => String::new(),
         [one] => one.clone(),

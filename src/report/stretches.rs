@@ -80,7 +80,7 @@ mod tests {
             one_sided: vec![],
         };
         assert_eq!(cut(&told), "Run `x` was cut at standstills, at 3.2, 6.4 s; held out: 3.2 to 6.4 s.");
-        let text = cut(&Cut { in_motion: true, one_sided: vec!["backward"], ..told });
+        let text = cut(&Cut { in_motion: true, one_sided: vec!["backward".to_owned()], ..told });
         assert!(text.contains("stands nowhere") && text.contains("moves backward"), "{text}");
     }
 }

@@ -1,7 +1,7 @@
 //! The report on a terminal.
 
 use super::layout::{Ink, labelled, paragraph};
-use super::{changes, extent, follow_up, place, sentence, stretches, which};
+use super::{changes, extent, follow_up, place, sentence, stretches, which, withheld};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::Diagnosis;
 use crate::units::Motion;
@@ -27,7 +27,7 @@ const NARROWEST: usize = 80;
 /// Width of the labels at the head.
 const LABEL: usize = 8;
 
-/// A diagnosis of an axis of this motion as text: data, verdict, what changed, where, which, how far, calibration, remarks,
+/// A diagnosis of an axis of this motion as text: why its verdict is withheld, if it is, data, verdict, what changed, where, which, how far, calibration, remarks,
 /// next step.
 ///
 /// # Design
@@ -36,6 +36,7 @@ const LABEL: usize = 8;
 pub fn terminal(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
     let style = Style { width: style.width.max(NARROWEST), ..style };
     let sections = [
+        withheld::section(diagnosis, style),
         head(diagnosis, style),
         verdict(diagnosis, motion, style),
         changes::section(diagnosis, style),
@@ -67,9 +68,14 @@ fn verdict(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
         Verdict::NoGap => ("NO GAP", Ink::Good),
         Verdict::Cause => ("CAUSE FOUND", Ink::Bad),
         Verdict::Undecided => ("UNDECIDED", Ink::Warning),
+        Verdict::Unknown if diagnosis.withheld.is_some() => ("NO VERDICT", Ink::Bad),
         Verdict::Unknown if diagnosis.is_found_in_part() => ("CAUSE FOUND IN PART", Ink::Warning),
         Verdict::Unknown => ("UNKNOWN CAUSE", Ink::Bad),
     };
-    let text = paragraph(&sentence::sentence(diagnosis, motion), style);
+    let words = match &diagnosis.withheld {
+        Some(_) => withheld::rest(diagnosis),
+        None => sentence::sentence(diagnosis, motion),
+    };
+    let text = paragraph(&words, style);
     format!("\n{}\n{text}", style.ink(ink, word))
 }

@@ -15,6 +15,7 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
     let remark = match diagnosis.verdict {
         Verdict::Undecided => "the best explanation; not decided against its rivals",
         _ if diagnosis.causes.is_empty() => "no effect is named",
+        _ if diagnosis.withheld.is_some() => "the nearest explanation; no verdict rests on it",
         Verdict::Unknown if diagnosis.is_found_in_part() => {
             "they close most of the gap; more than noise is left"
         }

@@ -1,145 +1,27 @@
-//! A verdict as its JSON says it: the part that is scored.
+//! A verdict on a case: a diagnosis, or that the recording was refused.
 
+use crate::diagnose::Diagnosis;
+use crate::diagnose::place::Share;
+use crate::diagnose::verdict::{Cause, EffectProbability, Ranked, SCHEMA, Verdict};
 use crate::error::{Error, ErrorKind, Result};
 use serde::Deserialize;
-use std::collections::BTreeMap;
 
-/// What a verdict comes to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Came {
-    /// The twin is as good as noise allows.
-    NoGap,
-    /// Causes are named.
-    Cause,
-    /// Several explanations are left.
-    Undecided,
-    /// No effect of the catalogue explains the gap.
-    Unknown,
+/// The word of a refusal in the place of a verdict.
+pub const REFUSED: &str = "refused";
+
+/// What was said of a case.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Said {
+    /// A diagnosis.
+    Diagnosed(Box<Diagnosis>),
     /// The recording was refused.
     Refused,
 }
 
-impl Came {
-    /// The word of the JSON.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::NoGap => "no_gap",
-            Self::Cause => "cause",
-            Self::Undecided => "undecided",
-            Self::Unknown => "unknown",
-            Self::Refused => "refused",
-        }
-    }
-}
-
-/// The scored part of `slideway-diagnosis/1`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Said {
-    /// What it comes to.
-    pub verdict: Came,
-    /// The causes, most closing first.
-    #[serde(default)]
-    pub causes: Vec<Cause>,
-    /// Probability of every effect, most probable first.
-    #[serde(default)]
-    pub effects: Vec<Probability>,
-    /// Explanations, most probable first.
-    #[serde(default)]
-    pub ranking: Vec<Explanation>,
-    /// How far the gap shrinks.
-    #[serde(default)]
-    pub gap: Gap,
-    /// Where it lies.
-    #[serde(default, rename = "where")]
-    pub place: Place,
-}
-
-/// A named cause.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Cause {
-    /// Effect id.
-    pub effect: String,
-    /// Its site.
-    #[serde(default)]
-    pub site: String,
-    /// Probability that it acts.
-    #[serde(default)]
-    pub probability: f64,
-    /// Effects that could stand in its place.
-    #[serde(default)]
-    pub confusable_with: Vec<String>,
-    /// Its parameters.
-    #[serde(default)]
-    pub parameters: BTreeMap<String, Number>,
-}
-
-impl Cause {
-    /// Whether the cause, or an effect that is reported as one with it, has a name.
-    pub fn covers(&self, name: &str) -> bool {
-        self.effect == name || self.confusable_with.iter().any(|other| other == name)
-    }
-}
-
-/// A fitted number.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Number {
-    /// Estimate.
-    pub value: f64,
-    /// 95 % interval.
-    pub ci95: [Option<f64>; 2],
-}
-
-/// Probability of an effect.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Probability {
-    /// Effect id.
-    pub effect: String,
-    /// Probability that it acts.
-    pub probability: f64,
-}
-
-/// An explanation of the ranking.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct Explanation {
-    /// Its effects.
-    pub effects: Vec<String>,
-    /// Its probability.
-    pub probability: f64,
-}
-
-/// The scored part of the gap.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-pub struct Gap {
-    /// G of the twin as it is.
-    #[serde(default)]
-    pub before: f64,
-    /// G with the causes.
-    #[serde(default)]
-    pub after: f64,
-    /// Share closed.
-    #[serde(default)]
-    pub closed: f64,
-    /// Share that was predicted to be closed.
-    #[serde(default)]
-    pub predicted_closed: f64,
-}
-
-/// The scored part of the place.
-#[derive(Debug, Clone, Default, PartialEq, Deserialize)]
-pub struct Place {
-    /// Shares by site.
-    #[serde(default)]
-    pub site: Vec<SiteShare>,
-}
-
-/// A site's share.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct SiteShare {
-    /// The site.
-    pub site: String,
-    /// Its share.
-    pub share: f64,
+/// The word that tells a refusal from a diagnosis.
+#[derive(Deserialize)]
+struct Word {
+    verdict: String,
 }
 
 impl Said {
@@ -148,24 +30,77 @@ impl Said {
     /// # Errors
     /// Text that is no verdict.
     pub fn parse(text: &[u8]) -> Result<Self> {
-        serde_json::from_slice(text).map_err(|error| {
+        let read = || -> serde_json::Result<Self> {
+            let Word { verdict } = serde_json::from_slice(text)?;
+            if verdict == REFUSED {
+                return Ok(Self::Refused);
+            }
+            serde_json::from_slice(text).map(|diagnosis| Self::Diagnosed(Box::new(diagnosis)))
+        };
+        read().map_err(|error| {
             Error::new(ErrorKind::Syntax)
                 .found(error.to_string())
-                .expected("a verdict of the schema slideway-diagnosis/1")
+                .expected(format!("a verdict of the schema {SCHEMA}"))
                 .remedy("delete it and run the trial again")
         })
     }
 
     /// The verdict on a recording that the diagnosis refused, as JSON.
     pub fn refusal(error: &Error) -> String {
-        let value = serde_json::json!({
-            "schema": "slideway-diagnosis/1", "verdict": "refused", "error": error.to_string(),
-        });
+        let value = serde_json::json!({ "schema": SCHEMA, "verdict": REFUSED, "error": error.to_string() });
         format!("{value:#}\n")
     }
 
-    /// Probability that an effect acts.
-    pub fn probability(&self, effect: &str) -> f64 {
-        self.effects.iter().find(|e| e.effect == effect).map_or(0.0, |e| e.probability)
+    /// The diagnosis; none where the recording was refused.
+    pub fn diagnosis(&self) -> Option<&Diagnosis> {
+        match self {
+            Self::Diagnosed(diagnosis) => Some(diagnosis),
+            Self::Refused => None,
+        }
+    }
+
+    /// What it comes to; none where the recording was refused.
+    pub fn verdict(&self) -> Option<Verdict> {
+        self.diagnosis().map(|diagnosis| diagnosis.verdict)
+    }
+
+    /// The word of the JSON.
+    pub fn name(&self) -> &'static str {
+        self.verdict().map_or(REFUSED, Verdict::name)
+    }
+
+    /// Whether the recording was refused.
+    pub fn is_refused(&self) -> bool {
+        matches!(self, Self::Refused)
+    }
+
+    /// The causes, most closing first.
+    pub fn causes(&self) -> &[Cause] {
+        self.diagnosis().map_or(&[], |diagnosis| &diagnosis.causes)
+    }
+
+    /// Probability of every effect, most probable first.
+    pub fn effects(&self) -> &[EffectProbability] {
+        self.diagnosis().map_or(&[], |diagnosis| &diagnosis.effects)
+    }
+
+    /// Explanations, most probable first.
+    pub fn ranking(&self) -> &[Ranked] {
+        self.diagnosis().map_or(&[], |diagnosis| &diagnosis.ranking)
+    }
+
+    /// Shares of the gap by site.
+    pub fn sites(&self) -> &[Share] {
+        self.diagnosis().map_or(&[], |diagnosis| &diagnosis.place.site)
+    }
+
+    /// G before and after; nothing where the recording was refused.
+    pub fn gap(&self) -> [f64; 2] {
+        self.diagnosis().map_or([0.0; 2], |diagnosis| [diagnosis.gap.before, diagnosis.gap.after])
+    }
+
+    /// Shares of the gap closed, and predicted to be closed.
+    pub fn closed(&self) -> [f64; 2] {
+        self.diagnosis().map_or([0.0; 2], |diagnosis| [diagnosis.gap.closed, diagnosis.gap.predicted_closed])
     }
 }

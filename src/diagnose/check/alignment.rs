@@ -22,6 +22,8 @@ const EXPLAINS_VELOCITY: f64 = 0.8;
 /// And this share of what is unexplained of a force: unmodelled forces are left, but where they are most of it a
 /// shift may be their doing.
 const EXPLAINS_FORCE: f64 = 0.5;
+/// A force that a shift explains to this share is late: what no shift explains (backlash, ripple, yielding parts) is a small part then.
+const CERTAIN_FORCE: f64 = 0.9;
 /// Shifts of one channel in several runs count as one when they agree to so many samples.
 const AGREE_SAMPLES: f64 = 0.25;
 /// A staircase acts half a sample after it is commanded.
@@ -30,13 +32,13 @@ const STAIRCASE: f64 = 0.5;
 /// The channels of a run that are late.
 pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
     let mut late: Vec<Late> = load(smoothed).into_iter().collect();
-    let forces: Vec<(Signal, f64)> = [Signal::Current, Signal::Thrust]
+    let forces: Vec<(Signal, f64, bool)> = [Signal::Current, Signal::Thrust]
         .into_iter()
         .filter_map(|signal| Some((signal, force(machine, smoothed, signal)?)))
         .filter(|(_, shift)| shift.is_real() && shift.explains() >= EXPLAINS_FORCE)
-        .map(|(signal, shift)| (signal, shift.samples))
+        .map(|(signal, shift)| (signal, shift.samples, shift.explains() >= CERTAIN_FORCE))
         .collect();
-    let (loop_says, mut velocity) = loop_and_velocity(machine, smoothed);
+    let (loop_says, mut velocity, is_stated) = loop_and_velocity(machine, smoothed);
     // By how much the position itself is late, where that is known.
     let position = match &loop_says {
         Says::InTime => Some(0.0),
@@ -56,38 +58,44 @@ pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
         }
         Says::Silent => None,
     };
-    let first = forces.iter().map(|(_, samples)| *samples).fold(0.0, f64::min);
+    let is_law_known = position.is_some();
+    let first = forces.iter().map(|(_, samples, _)| *samples).fold(0.0, f64::min);
     if position.is_none() && first <= -LEAST_SAMPLES {
         let agrees = velocity.is_some_and(|velocity| (velocity - first).abs() <= LEAST_SAMPLES);
         let what = if agrees { What::Position } else { What::Undecided };
-        late.push(Late { signal: Signal::Position, samples: -first, what });
+        // Between motor and load something may yield.
+        late.push(Late { signal: Signal::Position, samples: -first, what, is_certain: false });
         return late;
     }
     let position = position.unwrap_or(0.0);
-    for (signal, samples) in forces {
+    for (signal, samples, explained) in forces {
         if samples + position >= LEAST_SAMPLES {
-            late.push(Late { signal, samples: samples + position, what: What::Force });
+            let is_certain = explained && is_law_known;
+            late.push(Late { signal, samples: samples + position, what: What::Force, is_certain });
         }
     }
     if let Some(samples) = velocity.map(|velocity| velocity + position).filter(|s| s.abs() >= LEAST_SAMPLES) {
         let what = if samples > 0.0 { What::Velocity } else { What::VelocityAhead };
-        late.push(Late { signal: Signal::Velocity, samples: samples.abs(), what });
+        late.push(Late { signal: Signal::Velocity, samples: samples.abs(), what, is_certain: is_stated });
     }
     late
 }
 
-/// What the control law says, and the samples by which the velocity lies behind its estimate.
-fn loop_and_velocity(machine: &Machine, smoothed: &Smoothed) -> (Says, Option<f64>) {
+/// What the control law says, the samples by which the velocity lies behind its estimate, and whether it is known that the law computes
+/// from that estimate and not from the logged velocity.
+fn loop_and_velocity(machine: &Machine, smoothed: &Smoothed) -> (Says, Option<f64>, bool) {
     let velocity = velocity(machine, smoothed).filter(Shift::is_real).map(|shift| shift.samples);
     let stated = law(machine, smoothed, VelocitySource::Stated);
     if velocity.is_some() {
         // Where the law fits better with the velocity as logged, the estimate is another than stated, not late.
         let logged = law(machine, smoothed, VelocitySource::Logged);
         if logged.says == Says::InTime && logged.beats(&stated) {
-            return (Says::InTime, None);
+            return (Says::InTime, None, false);
         }
+        let is_stated = stated.says != Says::Silent && stated.beats(&logged);
+        return (stated.says, velocity, is_stated);
     }
-    (stated.says, velocity)
+    (stated.says, velocity, false)
 }
 
 /// What the forces say of a position that would be late by so many samples: they would lie ahead of it.
@@ -119,23 +127,25 @@ fn of_law(channels: &[(Signal, Shift)], logged: bool, ask: impl Fn(f64) -> Witne
     // A velocity estimate quicker than stated looks like a late position, to the law but not to the forces.
     let position = position.map(|samples| (samples, ask(samples)));
     let position = position.filter(|(_, witness)| *witness != Witness::Against);
-    let late = |signal, samples: f64, what| Some(Late { signal, samples, what });
+    let late = |signal, samples: f64, what, is_certain| Some(Late { signal, samples, what, is_certain });
     match (effort, position, reference) {
         (None, Some((samples, Witness::Silent)), _) => {
-            late(Signal::Position, samples, What::Input { or_velocity_estimate: !logged })
+            late(Signal::Position, samples, What::Input { or_velocity_estimate: !logged }, logged)
         }
         (None, Some((samples, _)), _) | (_, Some((samples, Witness::For)), _) => {
-            late(Signal::Position, samples, What::Input { or_velocity_estimate: false })
+            late(Signal::Position, samples, What::Input { or_velocity_estimate: false }, true)
         }
-        (Some(samples), Some(_), _) => late(Signal::ControlEffort, samples, What::EffortOr(Signal::Position)),
+        (Some(samples), Some(_), _) => {
+            late(Signal::ControlEffort, samples, What::EffortOr(Signal::Position), logged)
+        }
         (Some(samples), None, Some(_)) => {
-            late(Signal::ControlEffort, samples, What::EffortOr(Signal::PositionReference))
+            late(Signal::ControlEffort, samples, What::EffortOr(Signal::PositionReference), logged)
         }
         (Some(samples), None, None) => {
-            late(Signal::ControlEffort, samples, What::Effort { or_velocity_estimate: !logged })
+            late(Signal::ControlEffort, samples, What::Effort { or_velocity_estimate: !logged }, logged)
         }
         (None, None, Some(samples)) => {
-            late(Signal::PositionReference, samples, What::Input { or_velocity_estimate: false })
+            late(Signal::PositionReference, samples, What::Input { or_velocity_estimate: false }, true)
         }
         (None, None, None) => None,
     }
@@ -170,7 +180,12 @@ fn load(smoothed: &Smoothed) -> Option<Late> {
     let position = smoothed.signal(Signal::Position)?.to_vec();
     let shift = behind(samples, vec![position], smoothed, &smoothed.inner)?;
     let late = shift.is_real() && shift.samples > 0.0 && shift.explains() >= EXPLAINS_VELOCITY;
-    late.then_some(Late { signal: Signal::LoadPosition, samples: shift.samples, what: What::Load })
+    late.then_some(Late {
+        signal: Signal::LoadPosition,
+        samples: shift.samples,
+        what: What::Load,
+        is_certain: false,
+    })
 }
 
 /// A signal behind a combination of others and a constant.

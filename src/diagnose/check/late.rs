@@ -1,6 +1,6 @@
 //! A late channel and the sentence for it.
 
-use super::{Check, Finding, Severity};
+use super::{Check, Finding};
 use crate::recording::{Run, Signal};
 use crate::units::{Motion, engineering};
 
@@ -13,6 +13,8 @@ pub struct Late {
     pub samples: f64,
     /// Behind what.
     pub what: What,
+    /// Whether nothing but a late channel can look like this.
+    pub is_certain: bool,
 }
 
 /// How sure it is that this channel is the late one.
@@ -44,12 +46,11 @@ impl Late {
     pub fn finding(&self, run: &Run) -> Finding {
         let time = engineering(self.samples * run.sample_period_s(), "s");
         let by = format!("{:.1} samples ({time})", self.samples);
-        let severity = if matches!(self.what, What::Undecided | What::Load) {
-            Severity::Note
-        } else {
-            Severity::Warning
-        };
-        Finding::new(run.name(), Check::ChannelDelay, severity, self.sentence(&by, run.motion()))
+        let sentence = self.sentence(&by, run.motion());
+        if matches!(self.what, What::Undecided | What::Load) {
+            return Finding::note(run.name(), Check::ChannelDelay, sentence);
+        }
+        Finding::column(run, Check::ChannelDelay, self.signal, self.is_certain, sentence)
     }
 
     fn sentence(&self, by: &str, motion: Motion) -> String {

@@ -4,6 +4,9 @@
 //! One concern a file. A check says only what the data show by themselves or against relations that hold
 //! whatever the twin lacks: a velocity is the slope of its position, an effort is what the control law makes of
 //! the readings, a mass is positive. What is merely predicted badly is no finding; that is the diagnosis' task.
+//!
+//! The checks run before anything is fitted. A finding is a note, a warning, or fatal: a fatal one withholds the verdict. Fatal is
+//! only what no law of the catalogue and no noise could do instead: a wrong unit, a swapped sign, a late channel.
 
 mod alignment;
 mod clipping;
@@ -24,12 +27,13 @@ mod unit;
 
 use super::experiment::Experiment;
 use crate::machine::Machine;
+use crate::recording::{Run, Signal};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use smoothed::Smoothed;
 
 /// What a finding is about.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Check {
     /// Samples that were not taken at an even pace.
@@ -62,10 +66,12 @@ pub enum Check {
     MissingSignal,
 }
 
-/// How much a finding matters.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
+/// How much a finding matters; worst first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
+    /// Any verdict would be about it: a column that is certainly not what it is taken for.
+    Fatal,
     /// The verdict may be wrong because of it.
     Warning,
     /// It limits what can be told.
@@ -73,7 +79,7 @@ pub enum Severity {
 }
 
 /// Something about the data that limits or colours what can be told from them.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Finding {
     /// The run concerned; empty for the recording as a whole.
     pub run: String,
@@ -81,13 +87,23 @@ pub struct Finding {
     pub check: Check,
     /// How much it matters.
     pub severity: Severity,
+    /// The column in doubt, by its canonical name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signal: Option<String>,
     /// What was found and what follows, as a sentence.
     pub message: String,
 }
 
 impl Finding {
     fn new(run: &str, check: Check, severity: Severity, message: impl Into<String>) -> Self {
-        Self { run: run.to_owned(), check, severity, message: message.into() }
+        Self { run: run.to_owned(), check, severity, signal: None, message: message.into() }
+    }
+
+    /// A finding about one column: fatal where it is certain, else a warning.
+    fn column(run: &Run, check: Check, signal: Signal, is_certain: bool, message: impl Into<String>) -> Self {
+        let severity = if is_certain { Severity::Fatal } else { Severity::Warning };
+        let finding = Self::new(run.name(), check, severity, message);
+        Self { signal: Some(signal.key(run.motion()).to_owned()), ..finding }
     }
 
     fn warning(run: &str, check: Check, message: impl Into<String>) -> Self {
@@ -122,7 +138,32 @@ pub fn check(machine: &Machine, training: &[Experiment], held_out: &[Experiment]
     let smoothed: Vec<&Smoothed> = looked[..training.len()].iter().map(|look| &look.smoothed).collect();
     findings.extend(excitation::excitation(machine, training, &smoothed));
     findings.extend(missing::missing(&all));
+    agreed(&mut findings, &all);
     findings
+}
+
+/// Leaves fatal only what most of the runs show that could show it, and what is about a column that a replay uses: a column is
+/// mapped once for all runs, and one that nothing is compared with spoils no verdict.
+fn agreed(findings: &mut [Finding], all: &[&Experiment]) {
+    let is_used = |experiment: &&&Experiment, key: &str| {
+        let run = experiment.run();
+        let command = [Signal::PositionReference, Signal::Position];
+        let used = experiment.signals().iter().chain(&command).copied();
+        let used = used.chain(experiment.input().map(|input| input.signal()));
+        used.filter(|signal| run.signal(*signal).is_some()).any(|signal| signal.key(run.motion()) == key)
+    };
+    let fatal: Vec<(Check, Option<String>)> = findings
+        .iter()
+        .filter(|finding| finding.severity == Severity::Fatal)
+        .map(|finding| (finding.check, finding.signal.clone()))
+        .collect();
+    for finding in findings.iter_mut().filter(|finding| finding.severity == Severity::Fatal) {
+        let could = finding.signal.as_ref().map_or(0, |key| all.iter().filter(|e| is_used(e, key)).count());
+        let did = fatal.iter().filter(|other| **other == (finding.check, finding.signal.clone())).count();
+        if 2 * did <= could || could == 0 {
+            finding.severity = Severity::Warning;
+        }
+    }
 }
 
 /// What one run shows.

@@ -12,11 +12,24 @@ const LEAST_EXPLAINED: f64 = 0.5;
 /// And standard errors by which the coefficient must lie below zero.
 const LEAST_SIGNIFICANCE: f64 = 5.0;
 
+/// From this share on nothing but a sign can be wrong.
+const CERTAINLY_EXPLAINED: f64 = 0.9;
+/// A force is as certainly mirrored where it is, within this factor, what moves the stated mass the other way.
+const WITHIN: f64 = 2.0;
+
 /// The channels of a run that go the wrong way.
 #[derive(Debug, Clone, Default)]
 pub struct Signs {
-    /// Each with what it goes against.
-    swapped: Vec<(Signal, Against)>,
+    swapped: Vec<Swapped>,
+}
+
+/// A channel that goes the wrong way.
+#[derive(Debug, Clone, Copy)]
+struct Swapped {
+    signal: Signal,
+    /// What it goes against.
+    against: Against,
+    is_certain: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,41 +51,61 @@ impl Signs {
             direction(&pick(samples, &smoothed.inner), &pick(other, &smoothed.inner))
         };
         let reference = smoothed.signal(Signal::PositionReference).unwrap_or_default();
-        let mirrored = direction(Signal::Position, reference) == Some(Direction::Against);
+        let mirrored =
+            direction(Signal::Position, reference).is_some_and(|(way, _)| way == Direction::Against);
+        let forces: Vec<(Signal, Inertia)> = FORCE
+            .into_iter()
+            .filter_map(|signal| Some((signal, Inertia::of(machine, smoothed, signal)?)))
+            .filter(|(_, inertia)| is_known(inertia))
+            .collect();
+        let stated = machine.constants().moving_mass;
+        // A sine beyond the loop's bandwidth goes against its reference too: a mass that is negative does not.
+        let is_witness = |inertia: &Inertia| inertia.mass.value < 0.0 && is_stated_mass(inertia, stated);
+        let is_settled = !mirrored || forces.iter().any(|(_, inertia)| is_witness(inertia));
         if mirrored {
-            swapped.push((Signal::Position, Against::Reference));
+            let against = Against::Reference;
+            swapped.push(Swapped { signal: Signal::Position, against, is_certain: is_settled });
         }
         // A mirrored position mirrors all that is compared with it.
         let wrong = if mirrored { Direction::Along } else { Direction::Against };
         for (signal, other) in [(Signal::Velocity, &smoothed.velocity[..]), (Signal::LoadPosition, position)]
         {
-            if direction(signal, other) == Some(wrong) {
-                swapped.push((signal, if mirrored { Against::Reference } else { Against::Position }));
+            if let Some((_, share)) = direction(signal, other).filter(|(way, _)| *way == wrong) {
+                let against = if mirrored { Against::Reference } else { Against::Position };
+                let is_certain = is_settled && share >= CERTAINLY_EXPLAINED;
+                swapped.push(Swapped { signal, against, is_certain });
             }
         }
-        for signal in FORCE {
-            let Some(inertia) = Inertia::of(machine, smoothed, signal) else { continue };
-            let known =
-                inertia.mass.significance() >= LEAST_SIGNIFICANCE && inertia.explained >= LEAST_EXPLAINED;
-            if known && (inertia.mass.value < 0.0) != mirrored {
-                swapped.push((signal, Against::Inertia));
-            }
+        for (signal, inertia) in forces.iter().filter(|(_, i)| (i.mass.value < 0.0) != mirrored) {
+            let is_certain = is_settled && is_stated_mass(inertia, stated);
+            swapped.push(Swapped { signal: *signal, against: Against::Inertia, is_certain });
         }
         Self { swapped }
     }
 
     /// Whether the position goes against its reference: then all that is read off it is mirrored.
     pub fn position_is_swapped(&self) -> bool {
-        self.swapped.iter().any(|(signal, _)| *signal == Signal::Position)
+        self.swapped.iter().any(|swapped| swapped.signal == Signal::Position)
     }
 
     /// What to say of a run.
     pub fn findings(&self, run: &Run) -> Vec<Finding> {
-        self.swapped.iter().map(|(signal, against)| finding(run, *signal, *against)).collect()
+        self.swapped.iter().map(|swapped| finding(run, *swapped)).collect()
     }
 }
 
-fn finding(run: &Run, signal: Signal, against: Against) -> Finding {
+fn is_known(inertia: &Inertia) -> bool {
+    inertia.mass.significance() >= LEAST_SIGNIFICANCE && inertia.explained >= LEAST_EXPLAINED
+}
+
+/// Whether a force is what moves the stated mass, one way or the other.
+fn is_stated_mass(inertia: &Inertia, stated: f64) -> bool {
+    let ratio = inertia.mass.value.abs() / stated;
+    inertia.explained >= CERTAINLY_EXPLAINED && (1.0 / WITHIN..WITHIN).contains(&ratio)
+}
+
+fn finding(run: &Run, swapped: Swapped) -> Finding {
+    let Swapped { signal, against, is_certain } = swapped;
     let key = signal.key(run.motion());
     let word = signal.word(run.motion());
     let seen = match against {
@@ -80,9 +113,11 @@ fn finding(run: &Run, signal: Signal, against: Against) -> Finding {
         Against::Position => "it goes against the position",
         Against::Inertia => "it pushes against the motion that it causes, as if mass were negative",
     };
-    Finding::warning(
-        run.name(),
+    Finding::column(
+        run,
         Check::SwappedSign,
+        signal,
+        is_certain,
         format!(
             "The {word} has the wrong sign: {seen}. Give `{key}` the entry `scale = -1` in [columns], or take \
              one out that is there."
@@ -100,11 +135,11 @@ enum Direction {
     Against,
 }
 
-/// Whether `y` is, for the most part, a positive or a negative multiple of `x` (each about its mean).
-fn direction(y: &[f64], x: &[f64]) -> Option<Direction> {
+/// Whether `y` is, for the most part, a positive or a negative multiple of `x` (each about its mean), and the share of it that is.
+fn direction(y: &[f64], x: &[f64]) -> Option<(Direction, f64)> {
     let constant = Basis::of([vec![1.0; x.len()]]);
     let slope = Coefficient::of(x, &constant, y)?;
-    let known = slope.significance() >= LEAST_SIGNIFICANCE
-        && slope.value * slope.value * spread(x) >= LEAST_EXPLAINED * spread(y);
-    known.then_some(if slope.value < 0.0 { Direction::Against } else { Direction::Along })
+    let share = slope.value * slope.value * spread(x) / spread(y);
+    let known = slope.significance() >= LEAST_SIGNIFICANCE && share >= LEAST_EXPLAINED;
+    known.then_some((if slope.value < 0.0 { Direction::Against } else { Direction::Along }, share))
 }

@@ -15,6 +15,9 @@ const WITHIN: f64 = 1.5;
 const LEAST_EXPLAINED: f64 = 0.5;
 const LEAST_SIGNIFICANCE: f64 = 10.0;
 
+/// From this factor on, or below its inverse, nothing but a unit is that far off; ten times may be a mass that nobody stated.
+const CERTAIN_FACTOR: f64 = 100.0;
+
 /// Units of motion that contradict each other, and forces that do not fit the moving mass.
 pub fn unit(run: &Run, machine: &Machine, smoothed: &Smoothed) -> Vec<Finding> {
     // Of several things that are wrong with one signal the first says it best.
@@ -32,7 +35,12 @@ pub fn unit(run: &Run, machine: &Machine, smoothed: &Smoothed) -> Vec<Finding> {
                 "{}: {}, expected {}; {}.",
                 finding.key, finding.found, finding.expected, finding.remedy
             );
-            Finding::warning(run.name(), Check::ImplausibleUnit, message)
+            match Signal::from_key(finding.key) {
+                Some((signal, _)) => {
+                    Finding::column(run, Check::ImplausibleUnit, signal, finding.is_unit_factor, message)
+                }
+                None => Finding::warning(run.name(), Check::ImplausibleUnit, message),
+            }
         })
         .collect();
     let force = FORCE.into_iter().filter_map(|signal| {
@@ -41,9 +49,12 @@ pub fn unit(run: &Run, machine: &Machine, smoothed: &Smoothed) -> Vec<Finding> {
         let ratio = inertia.mass.value.abs() / machine.constants().moving_mass;
         let (factor, unit) = known.then(|| likely(signal, run.motion(), ratio)).flatten()?;
         let (key, word) = (signal.key(run.motion()), signal.word(run.motion()));
-        Some(Finding::warning(
-            run.name(),
+        let is_certain = factor >= CERTAIN_FACTOR || factor <= 1.0 / CERTAIN_FACTOR;
+        Some(Finding::column(
+            run,
             Check::ImplausibleUnit,
+            signal,
+            is_certain,
             format!(
                 "The {word} is about {} what the moving mass takes: it is probably in {unit}. Give `{key}` its \
                  unit in [columns], or correct the drive's constants in machine.toml.",

@@ -11,24 +11,25 @@ mod words;
 
 pub use plan::Plan;
 
-use super::conclude;
 use super::experiment::{COMPARED, Experiment};
 use super::fit::Fit;
 use super::found::Found;
 use super::hypothesis::EffectSet;
+use super::json;
 use super::noise::Floor;
+use super::rivals;
 use crate::drive::motor::Motor;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use rayon::prelude::*;
 use separation::{Pair, Seen, Separation, distance, on_all, refitted};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use stage::{Measure, Stage, largest_effort_v};
 use std::collections::BTreeMap;
 
 /// What to record next.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct NextExperiment {
     /// The motion.
     pub motion: Plan,
@@ -39,6 +40,7 @@ pub struct NextExperiment {
     /// Explanations that stay as good as the chosen one.
     pub leaves_open: Vec<Vec<String>>,
     /// Expected difference in log-likelihood between the chosen explanation and the nearest of those, in nats.
+    #[serde(deserialize_with = "json::number")]
     pub predicted_separation: f64,
     /// Signals that tell, most telling first.
     pub signals: Vec<String>,
@@ -63,7 +65,7 @@ pub(super) struct Question<'a> {
     /// What the search found.
     pub(super) found: &'a Found,
     /// Explanations that may have to be set apart from the chosen one.
-    pub(super) rivals: Vec<conclude::Rival<'a>>,
+    pub(super) rivals: Vec<rivals::Rival<'a>>,
 }
 
 /// An answer to it.
@@ -182,7 +184,7 @@ impl<'a> Desk<'a> {
             let (fit, seen) = refitted(&open.candidate.fit, &truth, &stages, machine)?;
             let pair = Pair::new([chosen, &fit], [&truth, &seen]);
             let nats = pair.known();
-            let is_equivalent = nats < conclude::INDISTINCT;
+            let is_equivalent = nats < rivals::INDISTINCT;
             if is_equivalent {
                 let alike = (1.0 - nats / change.max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
                 equivalent.push(Equivalent { effects: open.candidate.effects().clone(), nats, alike });

@@ -5,13 +5,14 @@ use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::{Motion as Reference, Stroke};
 use crate::units::Motion;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 /// A motion to record: strokes there and back at feeds, a run each; the last one is to be held out.
 ///
 /// Serialised with the units of its kind of axis in the names: `strokes_m`, `feeds_m_per_min` and `added_mass_kg`, or
 /// `strokes_rad`, `feeds_rad_per_s` and `added_inertia_kg_m2`.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(from = "Serialised")]
 pub struct Plan {
     /// Kind of axis.
     pub motion: Motion,
@@ -109,6 +110,27 @@ impl Serialize for Plan {
             map.serialize_entry(mass, &added)?;
         }
         map.end()
+    }
+}
+
+/// The form of a plan in a verdict.
+#[derive(Deserialize)]
+struct Serialised {
+    strokes_m: Option<Vec<f64>>,
+    #[serde(default, alias = "strokes_rad")]
+    strokes: Vec<f64>,
+    #[serde(alias = "feeds_m_per_min", alias = "feeds_rad_per_s")]
+    feeds: Vec<f64>,
+    dwell_s: f64,
+    #[serde(default, alias = "added_mass_kg", alias = "added_inertia_kg_m2")]
+    added_mass: Option<f64>,
+}
+
+impl From<Serialised> for Plan {
+    fn from(plan: Serialised) -> Self {
+        let Serialised { strokes_m, strokes, feeds, dwell_s, added_mass } = plan;
+        let motion = if strokes_m.is_some() { Motion::Prismatic } else { Motion::Revolute };
+        Self { motion, strokes: strokes_m.unwrap_or(strokes), feeds, dwell_s, added_mass }
     }
 }
 

@@ -1,7 +1,7 @@
 //! One run on which rivals are compared: recorded, or simulated as it would be recorded.
 
 use super::plan::Plan;
-use crate::diagnose::experiment::{Experiment, trace};
+use crate::diagnose::experiment::Experiment;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::noise::Floor;
 use crate::effect::EffectId;
@@ -136,7 +136,14 @@ impl Stage {
         let predicted = self.experiment.predict(&machine, Sensing::Perfect)?;
         let mut image = Vec::with_capacity(self.channels.len() * self.experiment.samples());
         for (signal, scales) in &self.channels {
-            image.extend(trace(&predicted, *signal).iter().zip(scales).map(|(value, scale)| value * scale));
+            image.extend(
+                predicted
+                    .signal(*signal)
+                    .unwrap_or_default()
+                    .iter()
+                    .zip(scales)
+                    .map(|(value, scale)| value * scale),
+            );
         }
         Ok(DVector::from_vec(image))
     }

@@ -60,8 +60,8 @@ fn sites(out: &mut String, shares: &[Share], top: f64) {
     let width = (WIDTH - 2.0 * MARGIN - gap * (count - 1.0)) / count;
     for (k, site) in Site::ALL.into_iter().enumerate() {
         let x = MARGIN + k as f64 * (width + gap);
-        let share = shares.iter().find(|s| s.name == site.name()).map_or(0.0, |s| s.share.clamp(0.0, 1.0));
-        let filled = 52.0 * share;
+        let share = shares.iter().find(|s| s.name == site.name()).map(|s| s.share.clamp(0.0, 1.0));
+        let filled = 52.0 * share.unwrap_or(0.0);
         let _ = writeln!(
             out,
             "<rect x=\"{x:.1}\" y=\"{:.1}\" width=\"{width:.1}\" height=\"{filled:.1}\" fill=\"{BEFORE}\" fill-opacity=\"0.35\"/>\
@@ -69,7 +69,15 @@ fn sites(out: &mut String, shares: &[Share], top: f64) {
             top + 52.0 - filled
         );
         text(out, x + 0.5 * width, top + 22.0, 14.0, INK, "middle", site.name());
-        text(out, x + 0.5 * width, top + 42.0, 13.0, INK, "middle", &format!("{:.0} %", 100.0 * share));
+        text(
+            out,
+            x + 0.5 * width,
+            top + 42.0,
+            13.0,
+            INK,
+            "middle",
+            &share.map_or_else(|| "–".to_owned(), |share| format!("{:.0} %", 100.0 * share)),
+        );
         if k > 0 {
             let _ = writeln!(
                 out,

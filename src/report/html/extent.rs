@@ -119,11 +119,12 @@ fn detail(diagnosis: &Diagnosis, motion: Motion) -> Part {
     ));
     if let Some(scene) = &gap.rigid_body {
         part.paragraph(&format!(
-            "Repeated in the rigid-body scene built from URDF and meshes: {} → {} × noise, {} closed, on {}.",
+            "Repeated in the rigid-body scene built from URDF and meshes: {} → {} × noise, {} closed, on {}{}.",
             plain(scene.before),
             plain(scene.after),
             percent(scene.closed),
-            scene.runs.join(", ")
+            scene.runs.join(", "),
+            if scene.has_failed() { ": the explanation is not confirmed there" } else { "" }
         ));
     }
     if let Some(left) = &diagnosis.left {

@@ -1,9 +1,11 @@
 //! The verdict in a sentence, and the numbers to remember.
 
+use super::withheld::above;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::report::figure::escape;
 use crate::report::number::{percent, plain, probability};
 use crate::report::sentence;
+use crate::report::withheld::rest;
 use crate::units::Motion;
 
 /// A sentence of more letters is set smaller.
@@ -14,6 +16,7 @@ pub(super) fn word(diagnosis: &Diagnosis) -> &'static str {
     match diagnosis.verdict {
         Verdict::NoGap => "no gap",
         Verdict::Cause => "cause found",
+        Verdict::Unknown if diagnosis.withheld.is_some() => "no verdict",
         Verdict::Unknown if diagnosis.is_found_in_part() => "cause found in part",
         Verdict::Undecided => "undecided",
         Verdict::Unknown => "unknown cause",
@@ -33,7 +36,10 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
     let note = diagnosis.data.note.as_ref();
     let note =
         note.map_or_else(String::new, |note| format!("<p class=\"note\">Data: {}</p>\n", escape(note)));
-    let words = sentence(diagnosis, motion);
+    let words = match &diagnosis.withheld {
+        Some(_) => rest(diagnosis),
+        None => sentence(diagnosis, motion),
+    };
     let facts: String = facts(diagnosis)
         .iter()
         .map(|(value, what)| {
@@ -45,11 +51,12 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
         })
         .collect();
     format!(
-        "<header>\n<p class=\"machine\">{}<span class=\"badge {}\">{}</span></p>\n<h1{}>{}</h1>\n{note}\
+        "<header>\n<p class=\"machine\">{}<span class=\"badge {}\">{}</span></p>\n{}<h1{}>{}</h1>\n{note}\
          <ul class=\"facts\">{facts}</ul>\n</header>\n",
         escape(&diagnosis.data.machine),
         class(diagnosis.verdict),
         escape(word(diagnosis)),
+        above(diagnosis),
         if words.chars().count() > LONG { " class=\"long\"" } else { "" },
         escape(&unbroken(&words)),
     )

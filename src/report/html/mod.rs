@@ -25,6 +25,7 @@ mod scene;
 mod sheet;
 mod spectrum;
 mod traces;
+mod withheld;
 
 pub use compared::compared;
 pub use crosschecked::crosschecked;

@@ -26,6 +26,7 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
         }
         None => {
             part.remark(match diagnosis.verdict {
+                _ if diagnosis.withheld.is_some() => "No motion is proposed while there is no verdict.",
                 Verdict::Undecided => "No motion was found that would tell the rivals apart.",
                 Verdict::Unknown if diagnosis.is_found_in_part() => {
                     "No motion is proposed for the rest: the catalogue has no explanation of it that one could put to the test."

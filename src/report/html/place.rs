@@ -8,6 +8,7 @@ use crate::effect::Site;
 use crate::report::figure::{Axis, Chart, Figure, Heat, Ink, Mark, Panel, SignalPath};
 use crate::report::material::{Material, RunTraces};
 use crate::report::number::percent;
+use crate::report::place::blocks;
 
 /// Cells of the strip along time.
 const CELLS: usize = 60;
@@ -17,6 +18,10 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     let mut part = Part::default();
     let place = &diagnosis.place;
     part.figure(path(&place.site));
+    let blocks = blocks(&place.site);
+    if !blocks.is_empty() {
+        part.remark(&format!("Not separated by any logged signal: {}.", blocks.join(" · ")));
+    }
     if !place.segment.is_empty() {
         let list: Vec<String> = place
             .segment
@@ -24,8 +29,7 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
             .map(|s| format!("{} {}", s.name.replace('+', " + "), percent(s.share)))
             .collect();
         part.remark(&format!(
-            "Between logged signals, each stretch replayed alone, its residual as a {}: {}.",
-            super::scale::force_word(material.motion),
+            "Between logged signals (what a cause closes where it acts; what stays open by the residual of each, replayed alone): {}.",
             list.join(" · ")
         ));
     }

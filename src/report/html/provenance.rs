@@ -19,8 +19,8 @@ pub(super) fn part(diagnosis: &Diagnosis, command: &str) -> Part {
     if let Some(reference) = &diagnosis.reference {
         rows.push(("SHA-256 of the reference", reference.data.sha256.clone()));
     }
-    rows.push(("slideway", diagnosis.version.to_owned()));
-    rows.push(("schema", diagnosis.schema.to_owned()));
+    rows.push(("slideway", diagnosis.version.clone()));
+    rows.push(("schema", diagnosis.schema.clone()));
     list(&rows, command)
 }
 

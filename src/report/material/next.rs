@@ -3,7 +3,7 @@
 use super::Machines;
 use super::events::{Event, events};
 use crate::diagnose::Diagnosis;
-use crate::diagnose::experiment::{Experiment, trace};
+use crate::diagnose::experiment::Experiment;
 use crate::diagnose::fit::{Care, fit};
 use crate::diagnose::hypothesis::{EffectSet, Hypothesis};
 use crate::diagnose::motion::screen;
@@ -50,7 +50,7 @@ impl Predicted {
         let replay = |machine: &Machine| -> Option<Vec<f64>> {
             let machine = prepared(machine, next, signal)?;
             let traces = simulate(&machine, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ()).ok()?;
-            Some(trace(&traces, signal).to_vec())
+            Some(traces.signal(signal)?.to_vec())
         };
         let period_s = machines.stated.description().sample_period_s;
         Some(Self {

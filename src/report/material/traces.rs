@@ -1,8 +1,8 @@
 //! Every signal of a run: recorded, predicted by the twin as it is, predicted with the causes.
 
 use super::events::{Event, events};
-use crate::diagnose::experiment::{Experiment, trace};
-use crate::diagnose::motion::smooth;
+use crate::diagnose::experiment::Experiment;
+use crate::diagnose::smooth::smooth;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::LoadModel;
@@ -62,8 +62,8 @@ impl RunTraces {
             Some(Trace {
                 signal,
                 measured: run.signal(signal)?.to_vec(),
-                before: trace(&before, signal).to_vec(),
-                after: trace(&after, signal).to_vec(),
+                before: before.signal(signal)?.to_vec(),
+                after: after.signal(signal)?.to_vec(),
             })
         });
         let reference: Vec<f64> =

@@ -5,10 +5,11 @@ use super::parameters::{Compared, compared};
 use super::reliability::{Statement, statements};
 use super::size::{Band, Demand, FLOOR};
 use super::story::story;
+use crate::diagnose::Verdict;
 use crate::trial::seal::Committed;
 use crate::trial::tier::Tier;
 use crate::trial::truth::{HiddenEffect, TrueCase};
-use crate::trial::verdict::{Came, Said};
+use crate::trial::verdict::{REFUSED, Said};
 use serde::Serialize;
 
 /// Probability from which on a wrong name is a confident one.
@@ -122,7 +123,7 @@ impl Judged {
         let named = named(&naming);
         let extra = named.iter().filter(|name| name.standing == Standing::Extra).count();
         let size = size(truth);
-        let has_causes = !said.causes.is_empty();
+        let has_causes = !said.causes().is_empty();
         let errors =
             |planned_only: bool| compared_all(hidden.iter().filter(|h| h.planned || !planned_only), said);
         Self {
@@ -132,7 +133,7 @@ impl Judged {
             size,
             band: size.map(Band::of),
             missing: truth.missing.clone(),
-            verdict: said.verdict.name(),
+            verdict: said.name(),
             top_1: places.planned(|k| places.is_within(k, 0) && naming.named_as(k).is_some()),
             top_2: places.planned(|k| places.is_within(k, 1)),
             planned_named: places.planned(|k| naming.named_as(k).is_some()),
@@ -143,9 +144,9 @@ impl Judged {
             flagged: is_flagged(said),
             alarm: shows_nothing(truth).then(|| alarm(truth.tier, extra, said)),
             named,
-            gap_before: said.gap.before,
-            closed: has_causes.then_some(said.gap.closed),
-            predicted: has_causes.then_some(said.gap.predicted_closed),
+            gap_before: said.gap()[0],
+            closed: has_causes.then_some(said.closed()[0]),
+            predicted: has_causes.then_some(said.closed()[1]),
             parameter_error: errors(true).map(|compared| compared.error),
             covered: errors(false).map(|compared| compared.covered as f64 / compared.of as f64),
             statements: statements(&hidden, &truth.before, said),
@@ -156,7 +157,7 @@ impl Judged {
 
     /// Whether the case came out as it should.
     pub fn is_right(&self) -> bool {
-        let is_clean = self.extra == 0 && self.verdict != Came::Refused.name();
+        let is_clean = self.extra == 0 && self.verdict != REFUSED;
         if self.tier == Tier::Outside {
             return self.flagged || (is_clean && self.size.is_some_and(|size| size < FLOOR));
         }
@@ -176,7 +177,7 @@ impl Judged {
 
     /// Extra names with a probability of 0.9 or more in a verdict `cause`: the worst that a verdict can be.
     pub fn confident_wrong(&self) -> impl Iterator<Item = &Named> {
-        let is_cause = self.verdict == Came::Cause.name();
+        let is_cause = self.verdict == Verdict::Cause.name();
         let is_wrong = |name: &&Named| name.standing == Standing::Extra && name.probability >= CONFIDENT;
         self.named.iter().filter(is_wrong).filter(move |_| is_cause)
     }
@@ -219,7 +220,7 @@ fn sought(hidden: &HiddenEffect, named_as: Option<Standing>) -> Sought {
 }
 
 fn named(naming: &Naming) -> Vec<Named> {
-    let one = |(cause, standing): (&crate::trial::verdict::Cause, Standing)| Named {
+    let one = |(cause, standing): (&crate::diagnose::verdict::Cause, Standing)| Named {
         effect: cause.effect.clone(),
         probability: cause.probability,
         standing,
@@ -240,7 +241,7 @@ fn shows_nothing(truth: &TrueCase) -> bool {
 }
 
 fn is_flagged(said: &Said) -> bool {
-    matches!(said.verdict, Came::Unknown | Came::Undecided)
+    matches!(said.verdict(), Some(Verdict::Unknown | Verdict::Undecided))
 }
 
 /// What came of a case in which nothing shows. In the tier outside, `unknown` and `undecided` are right names.
@@ -249,7 +250,7 @@ fn alarm(tier: Tier, extra: usize, said: &Said) -> Alarm {
         Alarm::Quiet
     } else if extra > 0 {
         Alarm::FalseName
-    } else if said.verdict != Came::NoGap && said.causes.is_empty() {
+    } else if said.verdict() != Some(Verdict::NoGap) && said.causes().is_empty() {
         Alarm::OtherVerdict
     } else {
         Alarm::Quiet
@@ -279,7 +280,7 @@ impl Places<'_> {
 
     /// Whether at most so many extra names stand before a hidden effect.
     fn is_within(&self, hidden: usize, extra: usize) -> bool {
-        let is_answer = self.said.verdict != Came::NoGap;
+        let is_answer = self.said.verdict() != Some(Verdict::NoGap);
         is_answer && self.naming.wrong_before(hidden).is_some_and(|wrong| wrong <= extra)
     }
 
@@ -301,19 +302,19 @@ fn is_planned_to_show(hidden: &HiddenEffect) -> bool {
 /// Probability on an effect: its own, its equals', and that of the causes which report one of them as confusable.
 fn probability(hidden: &HiddenEffect, said: &Said) -> f64 {
     let reports = |name: &str| {
-        let mut causes = said.causes.iter().filter(|cause| cause.effect == name);
+        let mut causes = said.causes().iter().filter(|cause| cause.effect == name);
         causes.any(|cause| cause.confusable_with.iter().any(|other| hidden.is_called(other)))
     };
-    let group = said.effects.iter().filter(|e| hidden.is_called(&e.effect) || reports(&e.effect));
+    let group = said.effects().iter().filter(|e| hidden.is_called(&e.effect) || reports(&e.effect));
     group.fold(0.0, |sum: f64, e| sum + e.probability).min(1.0)
 }
 
 /// Whether the largest share of the gap is put where something hidden lies.
 fn site(truth: &TrueCase, said: &Said) -> Option<bool> {
     truth.effects.iter().find(|h| h.gap >= FLOOR)?;
-    let largest = said.place.site.iter().max_by(|a, b| a.share.total_cmp(&b.share));
+    let largest = said.sites().iter().max_by(|a, b| a.share.total_cmp(&b.share));
     let mut shown = truth.effects.iter().chain(&truth.before).filter(|h| h.gap >= FLOOR);
-    Some(largest.is_some_and(|largest| shown.any(|h| h.is_at(&largest.site))))
+    Some(largest.is_some_and(|largest| shown.any(|h| h.is_at(&largest.name))))
 }
 
 fn compared_all<'a>(hidden: impl Iterator<Item = &'a &'a HiddenEffect>, said: &Said) -> Option<Compared> {

@@ -1,7 +1,8 @@
 //! Which name stands for which hidden effect.
 
+use crate::diagnose::verdict::{Cause, Verdict};
 use crate::trial::truth::HiddenEffect;
-use crate::trial::verdict::{Came, Cause, Said};
+use crate::trial::verdict::Said;
 use serde::Serialize;
 
 /// Explanations of an undecided verdict that count as one group, as shares of the probability of the first.
@@ -48,9 +49,9 @@ impl Place<'_> {
     }
 
     fn is_undecided(&self, hidden: &HiddenEffect, said: &Said) -> bool {
-        let first = said.ranking.first().map_or(0.0, |explanation| explanation.probability);
-        said.verdict == Came::Undecided
-            && said.ranking.iter().any(|explanation| {
+        let first = said.ranking().first().map_or(0.0, |explanation| explanation.probability);
+        said.verdict() == Some(Verdict::Undecided)
+            && said.ranking().iter().any(|explanation| {
                 explanation.probability >= GROUP * first
                     && explanation.effects.iter().any(|effect| hidden.is_called(effect))
                     && !explanation.effects.iter().any(|effect| effect == self.name)
@@ -77,7 +78,7 @@ impl<'a> Naming<'a> {
     /// of its name, or of an equal's, among the probable effects.
     pub(super) fn of(hidden: &[&HiddenEffect], before: &[HiddenEffect], said: &'a Said) -> Self {
         let places = places(said);
-        let causes = said.causes.len();
+        let causes = said.causes().len();
         let standings = places.iter().map(|place| standing(place, hidden, before, said)).collect();
         let stands = |h: &&HiddenEffect, from: usize, to: usize| -> Vec<usize> {
             (from..to).filter(|&p| places[p].standing_for(h, said).is_some()).collect()
@@ -114,13 +115,13 @@ impl<'a> Naming<'a> {
 }
 
 fn places(said: &Said) -> Vec<Place<'_>> {
-    let causes = said.causes.iter();
+    let causes = said.causes().iter();
     let causes = causes.map(|cause| Place { name: &cause.effect, cause: Some(cause), is_in_group: false });
-    let rest = said.effects.iter().filter(|e| said.causes.iter().all(|cause| cause.effect != e.effect));
+    let rest = said.effects().iter().filter(|e| said.causes().iter().all(|cause| cause.effect != e.effect));
     let rest = rest.map(|e| Place {
         name: &e.effect,
         cause: None,
-        is_in_group: said.causes.iter().any(|cause| cause.covers(&e.effect)),
+        is_in_group: said.causes().iter().any(|cause| cause.covers(&e.effect)),
     });
     causes.chain(rest).collect()
 }

@@ -1,7 +1,8 @@
 //! Fitted parameters against those that were hidden.
 
+use crate::diagnose::verdict::Parameter;
 use crate::trial::truth::HiddenEffect;
-use crate::trial::verdict::{Number, Said};
+use crate::trial::verdict::Said;
 use std::collections::BTreeMap;
 
 /// What the parameters of one hidden effect came to.
@@ -28,7 +29,7 @@ impl Compared {
 
 /// Compares the parameters of a hidden effect; none where it is not named by its own name, or has none.
 pub(super) fn compared(hidden: &HiddenEffect, said: &Said) -> Option<Compared> {
-    let cause = said.causes.iter().find(|cause| cause.effect == hidden.effect.name())?;
+    let cause = said.causes().iter().find(|cause| cause.effect == hidden.effect.name())?;
     let largest = largest(hidden);
     let one = |(key, truth): (&String, &f64)| {
         let number = cause.parameters.get(key)?;
@@ -56,8 +57,8 @@ fn unit(hidden: &HiddenEffect, key: &str) -> &'static str {
 
 /// Whether an interval holds the truth. A number that only starts set, a resolution above all, has no width: it is right to the
 /// last digits or not.
-fn holds(number: &Number, truth: f64) -> bool {
+fn holds(number: &Parameter, truth: f64) -> bool {
     let rounding = 1e-9 * truth.abs();
     let [from, to] = number.ci95;
-    from.is_none_or(|from| from - rounding <= truth) && to.is_none_or(|to| truth <= to + rounding)
+    from - rounding <= truth && truth <= to + rounding
 }

@@ -51,9 +51,9 @@ pub(super) fn statements(hidden: &[&HiddenEffect], before: &[HiddenEffect], said
 
 /// Every effect that has a probability, once: a cause's own counts.
 fn spoken(said: &Said) -> impl Iterator<Item = (&str, f64, bool)> {
-    let causes = said.causes.iter().map(|cause| (cause.effect.as_str(), cause.probability, true));
-    let is_cause = |name: &str| said.causes.iter().any(|cause| cause.effect == name);
-    let rest = said.effects.iter().filter(move |e| !is_cause(&e.effect));
+    let causes = said.causes().iter().map(|cause| (cause.effect.as_str(), cause.probability, true));
+    let is_cause = |name: &str| said.causes().iter().any(|cause| cause.effect == name);
+    let rest = said.effects().iter().filter(move |e| !is_cause(&e.effect));
     causes.chain(rest.map(|e| (e.effect.as_str(), e.probability, false)))
 }
 

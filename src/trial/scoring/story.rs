@@ -1,7 +1,8 @@
 //! A case in words.
 
+use crate::diagnose::verdict::Cause;
 use crate::trial::truth::{HiddenEffect, TrueCase};
-use crate::trial::verdict::{Cause, Said};
+use crate::trial::verdict::Said;
 
 /// Probable effects that a story tells.
 const PROBABLE: usize = 3;
@@ -13,10 +14,10 @@ pub(super) fn story(hidden: &[&HiddenEffect], truth: &TrueCase, said: &Said) -> 
         effects(hidden),
         before(truth),
         missing(truth),
-        said.verdict.name(),
+        said.name(),
         causes(said),
-        said.gap.before,
-        said.gap.after,
+        said.gap()[0],
+        said.gap()[1],
         probable(said)
     )
 }
@@ -59,12 +60,12 @@ fn causes(said: &Said) -> String {
         [] => format!("{} {:.2}", cause.effect, cause.probability),
         others => format!("{} {:.2} or {}", cause.effect, cause.probability, others.join(", ")),
     };
-    let causes: Vec<String> = said.causes.iter().map(named).collect();
+    let causes: Vec<String> = said.causes().iter().map(named).collect();
     if causes.is_empty() { "no cause".to_owned() } else { causes.join(" + ") }
 }
 
 fn probable(said: &Said) -> String {
-    let first = said.effects.iter().take(PROBABLE);
+    let first = said.effects().iter().take(PROBABLE);
     let first: Vec<String> = first.map(|e| format!("{} {:.2}", e.effect, e.probability)).collect();
     if first.is_empty() { String::new() } else { format!("; most probable: {}", first.join(", ")) }
 }
