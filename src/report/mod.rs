@@ -24,6 +24,7 @@ pub mod sheet;
 pub mod swept;
 mod terminal;
 mod tuned;
+mod untested;
 mod which;
 mod withheld;
 
