@@ -6,6 +6,7 @@ mod strokes;
 use slideway::diagnose::check::{Check, Severity};
 use slideway::diagnose::veto::Veto;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose, improved};
+use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::report::material::Material;
@@ -78,10 +79,25 @@ fn exact_a_late_channel_withholds_the_verdict() {
     assert_withheld(&recording(Signal::ControlEffort, late), Check::ChannelDelay, "control_effort_v");
 }
 
+/// Strokes of 20 to 40 mm at 8 and 16 m/min of an axis with a longer way: what they cannot show is told in their numbers.
+#[test]
+fn exact_unknown_says_what_these_runs_could_not_test() {
+    let catalogue = [EffectId::Payload, EffectId::Cogging, EffectId::StribeckFriction, EffectId::LoopDelay];
+    let options = Options { catalogue: &catalogue, ..Options::default() };
+    let d = diagnose(&machine(), &recording(Signal::Current, <[f64]>::to_vec), &options).unwrap();
+    assert_eq!((d.verdict, d.withheld), (Verdict::Unknown, None));
+    let of = |effect: &str| d.untested.iter().find(|u| u.effects.iter().any(|e| e == effect)).unwrap();
+    let (pitch, slow) = (of("cogging"), of("stribeck_friction"));
+    // The longest stroke, and what the axis overshoots it by.
+    assert!(pitch.beyond == "pitch above" && (0.04..0.045).contains(&pitch.limit), "{pitch:?}");
+    assert!(slow.beyond == "speed below" && (slow.limit - 8.0 / 60.0).abs() < 1e-6, "{slow:?}");
+    assert!(slow.motion.contains("13.3 mm/s"), "{slow:?}");
+}
+
 #[test]
 fn exact_sound_data_withhold_nothing() {
     let options = Options { catalogue: &[slideway::effect::EffectId::CoulombFriction], ..Options::default() };
     let d = diagnose(&machine(), &recording(Signal::Current, <[f64]>::to_vec), &options).unwrap();
     assert_eq!((d.verdict, d.withheld), (Verdict::Cause, None));
-    assert!(d.gap.rigid_body.is_some_and(|proof| !proof.has_failed()));
+    assert!(d.untested.is_empty() && d.gap.rigid_body.is_some_and(|proof| !proof.has_failed()));
 }

@@ -4,6 +4,7 @@
 use slideway::diagnose::check::{Check, Finding, Severity};
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
+use slideway::diagnose::untested::Untested;
 use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Reference, Share,
     SignalGap, Verdict, Where,
@@ -107,6 +108,15 @@ fn names(list: &[&str]) -> Vec<String> {
 }
 
 /// One cause, and everything a report may hold.
+fn probable(effect: &str, probability: f64) -> EffectProbability {
+    EffectProbability { effect: effect.to_owned(), probability }
+}
+
+fn payload_at_its_edge() -> Calibration {
+    let path = "effect.payload.mass_kg".to_owned();
+    Calibration { path, parameter: parameter(1.54, 0.2, "kg", 0.0), at_tolerance: true }
+}
+
 fn diagnosis() -> Diagnosis {
     let clipped = "The effort is at the amplifier's limit of 10 V in 2.0 % of the samples.";
     let finding = |run: &str, check, severity, message: &str| Finding {
@@ -121,14 +131,10 @@ fn diagnosis() -> Diagnosis {
         verdict: Verdict::Cause,
         withheld: None,
         causes: vec![coulomb()],
-        effects: vec![EffectProbability { effect: "coulomb_friction".to_owned(), probability: 0.999_96 }],
+        effects: vec![probable("coulomb_friction", 0.999_96)],
         ranking: vec![ranked(&["coulomb_friction"], 0.97, 1.08), ranked(&[], 0.0, 41.2)],
         refinements: Vec::new(),
-        calibration: vec![Calibration {
-            path: "effect.payload.mass_kg".to_owned(),
-            parameter: parameter(1.54, 0.2, "kg", 0.0),
-            at_tolerance: true,
-        }],
+        calibration: vec![payload_at_its_edge()],
         gap: Gap {
             rigid_body: None,
             before: 41.2,
@@ -151,6 +157,7 @@ fn diagnosis() -> Diagnosis {
         unexplained: 0.0101,
         left: None,
         next_experiment: None,
+        untested: Vec::new(),
         not_examined: Vec::new(),
         ruled_out: Vec::new(),
         checks: vec![
@@ -316,6 +323,29 @@ fn exact_a_withheld_verdict_says_why_first() {
     let json: serde_json::Value = serde_json::to_value(&d).unwrap();
     assert_eq!(json["withheld"]["by"], "reference");
     assert!(serde_json::to_value(diagnosis()).unwrap().get("withheld").is_none());
+}
+
+#[test]
+fn exact_unknown_says_what_was_not_tested() {
+    let mut d = diagnosis();
+    d.verdict = Verdict::Unknown;
+    d.untested = vec![Untested {
+        effects: names(&["cogging", "screw_error"]),
+        beyond: "pitch above".to_owned(),
+        limit: 0.017,
+        unit: "m".to_owned(),
+        motion: "Record strokes of 81.0 mm.".to_owned(),
+    }];
+    let reports = reports(&d, Motion::Prismatic);
+    holds(
+        &reports,
+        &[
+            "NOT TESTED what may act beyond what these runs did",
+            "pitch above 17.0 mm",
+            "Record strokes of 81.0 mm.",
+        ],
+    );
+    assert_eq!(serde_json::to_value(&d).unwrap()["untested"][0]["limit"], 0.017);
 }
 
 /// A verdict reads back as it was written; what is not finite is none, and an open interval stays open.

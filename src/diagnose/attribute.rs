@@ -49,7 +49,7 @@ fn segment_of(cause: &Cause, segments: &[Share]) -> Option<usize> {
     match effect.stretch() {
         Stretch::Controller | Stretch::VelocityEstimate | Stretch::Rounding => of(Site::Controller).next(),
         Stretch::Drive => of(Site::Amplifier).next(),
-        Stretch::MotorForce => of(Site::Motor).last(),
+        Stretch::MotorForce => of(Site::Motor).next_back(),
         // Between the two sensors and before the first one there is structure: it is where more is seen.
         Stretch::Mechanics if matches!(effect.site(), Site::Structure | Site::Sensor) => {
             of(effect.site()).max_by(|&a, &b| segments[a].share.total_cmp(&segments[b].share))

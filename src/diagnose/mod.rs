@@ -38,6 +38,7 @@ pub mod selection;
 pub mod shape;
 pub mod smooth;
 mod standing;
+pub mod untested;
 pub mod verdict;
 pub mod veto;
 pub mod visibility;
@@ -214,12 +215,7 @@ impl<'a> Ready<'a> {
         let floors = [&self.floors.common, floor];
         let prove = || prove::rigid_body([self.machine, &improved], &self.held_out, floors);
         let rigid_body = if causes.is_empty() { None } else { prove() };
-        let evident = conclude::verdict(found, &self.before, floor.is_measured());
-        let before = self.known.reference.as_ref();
-        let reference =
-            before.map(|before| veto::Before { verdict: before.verdict, gap_after: before.gap_after });
-        let grounds = veto::Grounds { checks: &self.checks, reference, rigid_body: rigid_body.as_ref() };
-        let (verdict, withheld) = veto::decide(evident, &grounds);
+        let (verdict, withheld) = self.decide(found, floor, rigid_body.as_ref());
         let next_experiment = match withheld {
             Some(_) => None,
             None => self.next_experiment(found, verdict, &mut causes)?,
@@ -258,6 +254,7 @@ impl<'a> Ready<'a> {
             left,
             next_experiment,
             causes,
+            untested: if verdict == Verdict::Unknown { self.untested(options) } else { Vec::new() },
             not_examined: Vec::new(),
             ruled_out: cut::ruled_out(options.catalogue, &self.clean, &self.training),
             checks: self.findings(chosen),
@@ -265,6 +262,29 @@ impl<'a> Ready<'a> {
             reference: self.known.reference.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         })
+    }
+
+    /// The verdict, and why it is withheld if it is.
+    fn decide(
+        &self,
+        found: &Found,
+        floor: &Floor,
+        rigid_body: Option<&prove::RigidBody>,
+    ) -> (Verdict, Option<veto::Withheld>) {
+        let before = self.known.reference.as_ref();
+        let reference =
+            before.map(|before| veto::Before { verdict: before.verdict, gap_after: before.gap_after });
+        let grounds = veto::Grounds { checks: &self.checks, reference, rigid_body };
+        veto::decide(conclude::verdict(found, &self.before, floor.is_measured()), &grounds)
+    }
+
+    /// What the recorded motion could not test of the effects that the machine can have.
+    fn untested(&self, options: &Options) -> Vec<untested::Untested> {
+        let constants = self.machine.constants();
+        let applies = |effect: &EffectId| effect.applies(&constants);
+        let catalogue: Vec<EffectId> = options.catalogue.iter().copied().filter(applies).collect();
+        let runs: Vec<&Experiment> = self.training.iter().chain(&self.held_out).collect();
+        untested::untested(self.machine, &runs, &catalogue)
     }
 
     /// What was diagnosed.

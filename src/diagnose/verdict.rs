@@ -13,6 +13,7 @@ use super::noise::Source;
 use super::prove::RigidBody;
 use super::shape::Shape;
 use super::standing::LARGELY_CLOSED;
+use super::untested::Untested;
 use super::visibility::NotExamined;
 use crate::recording::{Cut, Samples};
 use serde::{Deserialize, Serialize};
@@ -271,6 +272,9 @@ pub struct Diagnosis {
     /// The experiment that would settle what these data leave open; none where nothing is open, or nothing settles it.
     #[serde(default)]
     pub next_experiment: Option<NextExperiment>,
+    /// Where the verdict is `unknown`: what the recorded motion could not test.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub untested: Vec<Untested>,
     /// Effects that the recorded signals cannot show.
     #[serde(default)]
     pub not_examined: Vec<NotExamined>,

@@ -27,6 +27,7 @@ pub mod stretches;
 pub mod swept;
 mod terminal;
 mod tuned;
+mod untested;
 mod which;
 mod withheld;
 

@@ -1,7 +1,7 @@
 //! The report on a terminal.
 
 use super::layout::{Ink, labelled, paragraph};
-use super::{changes, extent, follow_up, place, sentence, stretches, which, withheld};
+use super::{changes, extent, follow_up, place, sentence, stretches, untested, which, withheld};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::Diagnosis;
 use crate::units::Motion;
@@ -43,6 +43,7 @@ pub fn terminal(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
         place::section(diagnosis, motion, style),
         which::section(diagnosis, style),
         extent::section(diagnosis, motion, style),
+        untested::section(diagnosis, style),
         follow_up::calibration(diagnosis, style),
         follow_up::checks(diagnosis, style),
         follow_up::next(diagnosis, style),

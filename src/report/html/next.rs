@@ -7,6 +7,7 @@ use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel, escape};
 use crate::report::follow_up::{is_for_the_twin, snippet, what_to_do};
 use crate::report::material::{Material, Predicted};
 use crate::report::sentence::together;
+use crate::report::untested;
 use crate::units::Motion;
 
 /// The section.
@@ -18,6 +19,9 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     }
     if is_for_the_twin(diagnosis) {
         part.raw(&format!("<pre>{}</pre>\n", escape(&snippet(diagnosis))));
+    }
+    for gap in &diagnosis.untested {
+        part.paragraph(&format!("Not tested, {}: {}", untested::limit(gap), untested::words(gap)));
     }
     match &diagnosis.next_experiment {
         Some(experiment) => {
