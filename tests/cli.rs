@@ -398,7 +398,7 @@ fn exact_tuning_says_what_it_chose_and_refuses_wrong_questions() {
     wrong(&["--mark", "22"], &["--mark", "expected 2"]);
     wrong(&["--limit", "overshoot=1"], &["position_overshoot_percent"]);
     wrong(&["--cell", "5@8"], &["0.35"]);
-    wrong(&["--cell", "1e300@8"], &["0.35"]);
+    wrong(&["--cell", "1e300@8"], &["1e300"]);
     wrong(&["--mark", "22.5,220"], &["controller.integral", "whole number"]);
     wrong(&["--friction", "-3"], &["--friction"]);
     wrong(&["--dwell", "0"], &["--dwell"]);

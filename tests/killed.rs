@@ -4,7 +4,7 @@
 
 use std::path::Path;
 use std::process::{Command, Stdio};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -28,8 +28,8 @@ fn replacing(out: &Path, seed: u32) -> Command {
 }
 
 fn hidden(folder: &Path) -> Vec<String> {
-    let names =
-        std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    let entries = std::fs::read_dir(folder).unwrap().flatten();
+    let names = entries.map(|entry| entry.file_name().into_string().unwrap());
     names.filter(|name| name.starts_with('.')).collect()
 }
 
@@ -38,17 +38,20 @@ fn exact_a_recording_that_is_replaced_survives_every_kill() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("log");
     assert!(replay(&out, 0).status().unwrap().success());
-    let begun = Instant::now();
-    assert!(replacing(&out, 1).status().unwrap().success());
-    let lasts = begun.elapsed();
     let mut draw = StdRng::seed_from_u64(7);
     let mut before = Recording::read(&out).unwrap().sha256();
     let (mut kept, mut replaced) = (0, 0);
     for kill in 0..KILLS {
+        let left = hidden(folder.path());
         let mut child = replacing(&out, 2 + kill).spawn().unwrap();
-        // Most of the moments lie in the second half, where files are written and folders change places.
-        let share = 1.2 * draw.random_range(0.0_f64..1.0).sqrt();
-        std::thread::sleep(Duration::from_secs_f64(share * lasts.as_secs_f64()));
+        // Half of the moments are anywhere, half lie while files are written and folders change places.
+        if kill % 2 == 1 {
+            while hidden(folder.path()) == left && child.try_wait().unwrap().is_none() {
+                std::thread::yield_now();
+            }
+        }
+        let longest_s = if kill % 2 == 1 { 0.008 } else { 0.08 };
+        std::thread::sleep(Duration::from_secs_f64(draw.random_range(0.0..longest_s)));
         child.kill().unwrap();
         child.wait().unwrap();
         let read = Recording::read(&out).unwrap_or_else(|error| panic!("after kill {kill}: {error}"));

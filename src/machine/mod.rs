@@ -65,9 +65,12 @@ impl Machine {
         let text = confine::read_text(&file, MOST_BYTES)
             .map_err(|e| e.remedy("give a machine folder (with machine.toml) or a machine file"))?;
         let table: toml::Table = toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
-        stated::check_complete(&table).map_err(|e| e.file(&file))?;
-        let description: Description =
-            toml::from_str(&text).map_err(|e| toml_text::refusal(&file, &text, &e))?;
+        let description: Description = toml::from_str(&text).map_err(|e| {
+            // Of what is missing all is told at once; of what is wrong the line.
+            let is_lack = e.message().starts_with("missing field");
+            let lacking = stated::check_complete(&table).err().filter(|_| is_lack);
+            lacking.map_or_else(|| toml_text::refusal(&file, &text, &e), |lacking| lacking.file(&file))
+        })?;
         description.check().map_err(|e| e.file(&file))?;
         let folder = file.parent().unwrap_or(Path::new("."));
         let urdf = folder.join(&description.urdf);

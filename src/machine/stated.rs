@@ -10,7 +10,10 @@ const COMPLETE: [(&str, &str); 5] = [
     ("urdf", "urdf = \"…\", the file of its solid model"),
     ("sample_period_s", "sample_period_s = …, of the controller"),
     ("motor", "[motor] with kind = \"winding\", \"current_loop\" or \"direct\""),
-    ("encoder", "[encoder] with resolution and noise, or empty for a perfect one"),
+    (
+        "encoder",
+        "[encoder] with velocity = { kind = \"smoothed_difference\", time_constant_s = 0.0 } or as it is",
+    ),
 ];
 /// What the kinds of motor state, on a sliding axis.
 const MOTORS: [(&str, &[&str]); 3] = [

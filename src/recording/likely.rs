@@ -23,12 +23,15 @@ fn largest(dimension: Dimension) -> f64 {
 }
 
 /// Refuses a sample that is larger than any axis has it.
-pub(super) fn check_size(samples: &[f64], dimension: Dimension, first_row: u64) -> Result<()> {
+pub(super) fn check_size(samples: &[f64], dimension: Dimension, first_row: u64, column: &str) -> Result<()> {
     let most = largest(dimension);
-    let Some(place) = samples.iter().position(|sample| !(sample.abs() <= most)) else { return Ok(()) };
+    let Some(place) = samples.iter().position(|sample| !(-most..=most).contains(sample)) else {
+        return Ok(());
+    };
     let unit = dimension.si_symbol();
     Err(Error::new(ErrorKind::OutOfRange)
         .row(first_row + place as u64)
+        .key(column)
         .found(format!("{:e} {unit}", samples[place]))
         .expected(format!("a {dimension} of at most {most:e} {unit}"))
         .remedy("repair the row, or correct the unit of the column in [columns]"))
@@ -146,8 +149,8 @@ mod tests {
 
     #[test]
     fn exact_samples_beyond_any_axis_are_refused_with_their_row() {
-        let error = check_size(&[0.0, 1e300], Dimension::Current, 2).unwrap_err();
+        let error = check_size(&[0.0, 1e300], Dimension::Current, 2, "i").unwrap_err();
         assert_eq!(error.row_number(), Some(3));
-        assert!(check_size(&[0.0, -1e3], Dimension::Current, 2).is_ok());
+        assert!(check_size(&[0.0, -1e3], Dimension::Current, 2, "i").is_ok());
     }
 }

@@ -195,7 +195,7 @@ fn read_run(
     let Some(file) = text_at(document, table, &base, "file")?.filter(|file| !file.is_empty()) else {
         return Err(document
             .refuse(ErrorKind::Missing, &base)
-            .found("a [[run]] that names no file")
+            .found("a [[run]] without `file`")
             .expected("the CSV or Parquet file of the run")
             .remedy("add `file = \"…\"`"));
     };

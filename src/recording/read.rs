@@ -188,8 +188,7 @@ impl Reading {
         {
             source.convert(&mut samples);
             let dimension = signal.dimension(resolved.motion.unwrap_or(Motion::Prismatic));
-            likely::check_size(&samples, dimension, columns.first_row)
-                .map_err(|error| error.key(source.column.clone()))?;
+            likely::check_size(&samples, dimension, columns.first_row, &source.column)?;
             conversions.push(Conversion::new(key, dimension, source, &entry.name));
             signals.insert(*signal, samples);
         }

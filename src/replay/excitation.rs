@@ -44,6 +44,9 @@ pub struct Excited {
     pub period_s: f64,
 }
 
+/// Periods of the controller in one excitation at most.
+const MOST_PERIODS: f64 = 1e8;
+
 impl Excitation {
     /// Drives the moving part on its viscous guide with random force levels from standstill in the middle of its travel.
     ///
@@ -65,6 +68,14 @@ impl Excitation {
                 .found(self.period_s.to_string())
                 .expected("a finite number of seconds > 0")
                 .remedy("give for instance 0.025"));
+        }
+        let periods = self.samples as f64 * self.period_s / machine.description().sample_period_s;
+        if periods > MOST_PERIODS {
+            return Err(Error::new(ErrorKind::OutOfRange)
+                .key("period")
+                .found(format!("{} samples every {:e} s", self.samples, self.period_s))
+                .expected(format!("at most {MOST_PERIODS:.0e} periods of the controller in all"))
+                .remedy("ask for a shorter period or fewer samples"));
         }
         if let Some(weight) = machine.weight() {
             return Err(Error::new(ErrorKind::Inconsistent)

@@ -310,7 +310,7 @@ fn read_stl(path: &Path) -> Result<Mesh> {
     let file = File::open(path).map_err(|e| Error::io(path, &e))?;
     let malformed = |e: &std::io::Error| {
         let cut = e.kind() == std::io::ErrorKind::UnexpectedEof;
-        let found = if cut { "the end of the file inside a triangle".to_owned() } else { e.to_string() };
+        let found = if cut { "the end of the file inside a triangle" } else { "lines that are no triangle" };
         Error::new(ErrorKind::Syntax)
             .file(path)
             .found(found)

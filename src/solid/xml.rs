@@ -2,8 +2,6 @@
 //!
 //! What `urdf_rs` says of a fault names neither line nor link, and deep nesting overflows its stack.
 
-use std::borrow::Cow;
-
 use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 
@@ -195,11 +193,11 @@ impl Walk<'_> {
         self.open.len() == 2 && self.open.last().is_some_and(|name| name == b"joint")
     }
 
-    fn attribute(&mut self, at: usize, element: &str, key: &str, value: &Cow<'_, str>) -> Result<()> {
+    fn attribute(&mut self, at: usize, element: &str, key: &str, value: &str) -> Result<()> {
         if self.open.len() == 1 && key == "name" {
-            self.part = value.to_string();
+            self.part = value.to_owned();
         }
-        if element == "joint" && self.open.len() == 1 && key == "type" && !JOINTS.contains(&value.as_ref()) {
+        if element == "joint" && self.open.len() == 1 && key == "type" && !JOINTS.contains(&value) {
             return Err(self
                 .refuse(at, ErrorKind::UnknownKey)
                 .found(format!("a joint of type \"{value}\""))

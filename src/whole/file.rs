@@ -66,8 +66,7 @@ pub fn write_all(files: &[(&Path, &[u8])]) -> Result<()> {
     let mut written = Vec::with_capacity(files.len());
     for (path, bytes) in files {
         let mut file = hidden(path)?;
-        let on_disk = file.write_all(bytes).and_then(|()| file.as_file().sync_data());
-        on_disk.map_err(|error| told(path, &error))?;
+        file.write_all(bytes).map_err(|error| told(path, &error))?;
         written.push((path, file));
     }
     written

@@ -40,12 +40,15 @@ impl Build {
                 .expected("a folder in which files can be made")
                 .remedy("name a place where you may write")
         };
-        let folder = tempfile::Builder::new()
-            .prefix(prefix)
-            .tempdir_in(parent)
-            .map_err(|error| failed(&error.kind().into()))?;
-        let lock = File::create(folder.path().join(LOCK)).map_err(|error| failed(&error))?;
-        lock.lock().map_err(|error| failed(&error))?;
+        let start = || {
+            let folder = tempfile::Builder::new().prefix(prefix).tempdir_in(parent)?;
+            let lock = File::create(folder.path().join(LOCK))?;
+            lock.lock()?;
+            Ok((folder, lock))
+        };
+        // Another run may take the folder for a leftover before its lock is there.
+        let started = start().or_else(|_: std::io::Error| start());
+        let (folder, lock) = started.map_err(|error| failed(&error.kind().into()))?;
         // One level below, because the temporary folder itself is readable by its owner only.
         std::fs::create_dir(folder.path().join(NEW)).map_err(|error| failed(&error))?;
         Ok(Self { folder, _lock: lock })
@@ -62,7 +65,6 @@ impl Build {
     /// A place that was taken meanwhile and may not be replaced; whatever the file system refuses.
     pub(crate) fn put(self, place: &Path, replace: bool) -> Result<()> {
         let fresh = self.fresh();
-        sync(&fresh);
         let failed = |error: std::io::Error| match error.kind() {
             std::io::ErrorKind::DirectoryNotEmpty | std::io::ErrorKind::AlreadyExists => {
                 Error::new(ErrorKind::Io)
@@ -128,15 +130,6 @@ fn exchange(_: &Path, _: &Path) -> std::io::Result<()> {
     Err(std::io::ErrorKind::Unsupported.into())
 }
 
-/// Sees to it that the files of a folder are on the disk before the folder is renamed.
-fn sync(folder: &Path) {
-    let Ok(entries) = std::fs::read_dir(folder) else { return };
-    for entry in entries.flatten() {
-        // What cannot be synchronised is written all the same.
-        let _ = File::open(entry.path()).and_then(|file| file.sync_data());
-    }
-}
-
 /// Takes away what killed runs left beside a place, and puts back what they had moved away.
 fn clean(parent: &Path, prefix: &str) {
     let Ok(entries) = std::fs::read_dir(parent) else { return };
@@ -145,7 +138,11 @@ fn clean(parent: &Path, prefix: &str) {
         if !entry.file_name().to_string_lossy().starts_with(prefix) || !build.is_dir() {
             continue;
         }
-        let Ok(lock) = File::open(build.join(LOCK)) else { continue };
+        let Ok(lock) = File::open(build.join(LOCK)) else {
+            // Killed before its lock was there: nothing is in it.
+            let _ = std::fs::remove_dir(&build);
+            continue;
+        };
         if lock.try_lock().is_err() {
             continue;
         }

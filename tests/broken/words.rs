@@ -14,7 +14,12 @@ fn case(arguments: &[&str]) -> Case {
 }
 
 fn replay(further: &[&str]) -> Case {
-    let common = ["replay", "--machine", "machine", "--plant", "axis", "--dwell", "0.05"];
+    let default = |option: &'static str, value: &'static str| -> Vec<&str> {
+        if further.contains(&option) { Vec::new() } else { vec![option, value] }
+    };
+    let common =
+        [vec!["replay", "--machine", "machine"], default("--plant", "axis"), default("--dwell", "0.05")]
+            .concat();
     let out: &[&str] = if further.contains(&"--out") { &[] } else { &["--out", "out"] };
     let cell: &[&str] =
         if further.iter().any(|word| word.starts_with("--cell")) { &[] } else { &["--cell=0.005@8"] };
@@ -22,7 +27,7 @@ fn replay(further: &[&str]) -> Case {
 }
 
 pub fn cases() -> Vec<Case> {
-    let mut cases = vec![replay(&[]).either()];
+    let mut cases = vec![replay(&[]).sound()];
     for cell in [
         "abc",
         "0.02",
