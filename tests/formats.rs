@@ -1,12 +1,15 @@
 //! Logs as programs write them: each layout with a sample, by the program itself where it could be had (`formats/make.py`).
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+mod support;
+
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use slideway::error::Error;
 use slideway::recording::{Existing, Format, Recording, Run, Signal, TableLayout};
 use slideway::units::Motion;
+use support::needs;
 use tempfile::TempDir;
 
 fn sample(name: &str) -> PathBuf {
@@ -94,15 +97,7 @@ fn ref_twincat_scope_states_its_units() {
 
 #[test]
 fn ref_real_twincat_exports_read_alike() {
-    let Some(data) = std::env::var_os("SLIDEWAY_DATA") else {
-        eprintln!("SKIPPED: SLIDEWAY_DATA is not set");
-        return;
-    };
-    let data = Path::new(&data).join("twincat_scope");
-    if !data.is_dir() {
-        eprintln!("SKIPPED: no twincat_scope in SLIDEWAY_DATA");
-        return;
-    }
+    let data = needs!(support::data("twincat_scope/semicolon.csv")).join("twincat_scope");
     let mut all: Vec<Vec<f64>> = Vec::new();
     for name in ["decimal_comma", "grouped_times", "semicolon", "time_per_channel"] {
         let folder = TempDir::new().unwrap();

@@ -90,22 +90,25 @@ fn faults(root: &Value, schema: &Value, value: &Value, at: &str) -> Vec<String> 
                 }
                 None
             }
-            "minItems" => {
-                (value.as_array().unwrap().len() < rule.as_u64().unwrap() as usize).then(|| "is short".into())
-            }
-            "maxItems" => {
-                (value.as_array().unwrap().len() > rule.as_u64().unwrap() as usize).then(|| "is long".into())
-            }
-            "minimum" => (value.as_f64() < rule.as_f64()).then(|| "is too small".into()),
-            "maximum" => (value.as_f64() > rule.as_f64()).then(|| "is too large".into()),
-            "exclusiveMinimum" => {
-                value.as_f64().is_some_and(|v| v <= rule.as_f64().unwrap()).then(|| "is too small".into())
-            }
-            other => panic!("the schema uses `{other}`, which this test does not know"),
+            bound => is_beyond(bound, rule, value),
         };
         found.extend(wrong.map(|wrong| format!("{at} {wrong}")));
     }
     found
+}
+
+/// What is wrong with a value under a keyword that bounds it.
+fn is_beyond(keyword: &str, rule: &Value, value: &Value) -> Option<String> {
+    let length = || value.as_array().unwrap().len() as u64;
+    let (is_wrong, what) = match keyword {
+        "minItems" => (length() < rule.as_u64().unwrap(), "is short"),
+        "maxItems" => (length() > rule.as_u64().unwrap(), "is long"),
+        "minimum" => (value.as_f64() < rule.as_f64(), "is too small"),
+        "maximum" => (value.as_f64() > rule.as_f64(), "is too large"),
+        "exclusiveMinimum" => (value.as_f64().is_some_and(|v| v <= rule.as_f64().unwrap()), "is too small"),
+        other => panic!("the schema uses `{other}`, which this test does not know"),
+    };
+    is_wrong.then(|| what.to_owned())
 }
 
 fn is_of(rule: &Value, value: &Value) -> bool {

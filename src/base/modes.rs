@@ -8,6 +8,9 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{SMALLEST, largest};
 
+/// Modal mass in kg beyond which a point does not move: near a node of the mode it has no limit.
+const HEAVIEST_KG: f64 = 1e15;
+
 /// One resonance of the base: natural frequency, modal mass and damping ratio.
 ///
 /// # Model
@@ -52,9 +55,13 @@ impl Mode {
     /// # Errors
     /// A number that is not finite; frequency or mass not > 0; a damping ratio outside 0 ≤ ζ < 1.
     pub fn new(frequency_hz: f64, mass_kg: f64, damping_ratio: f64) -> Result<Self> {
-        for (key, value, what) in [("frequency_hz", frequency_hz, "Hz"), ("mass_kg", mass_kg, "kg")] {
-            if !(SMALLEST..=largest(key)).contains(&value) {
-                let expected = format!("a finite number of {what} > 0, at most {:e}", largest(key));
+        let numbers = [
+            ("frequency_hz", frequency_hz, "Hz", largest("frequency_hz")),
+            ("mass_kg", mass_kg, "kg", HEAVIEST_KG),
+        ];
+        for (key, value, what, most) in numbers {
+            if !(SMALLEST..=most).contains(&value) {
+                let expected = format!("a finite number of {what} > 0, at most {most:e}");
                 return Err(out_of_range(key, value, &expected));
             }
         }

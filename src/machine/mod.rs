@@ -10,8 +10,8 @@ mod file_text;
 mod key_path;
 mod plans;
 pub mod provenance;
-mod stated;
 mod schema;
+mod stated;
 mod tolerance;
 mod write;
 

@@ -71,7 +71,15 @@ impl Source {
     pub(super) fn in_unit(column: &str, unit: Unit) -> Self {
         let (numerator, denominator) = unit.quotient();
         let unit = unit.symbol().to_owned();
-        Self { column: column.to_owned(), unit, numerator, denominator, scale: 1.0, offset: 0.0, is_stated: true }
+        Self {
+            column: column.to_owned(),
+            unit,
+            numerator,
+            denominator,
+            scale: 1.0,
+            offset: 0.0,
+            is_stated: true,
+        }
     }
 
     /// Whether readings are taken over unchanged.

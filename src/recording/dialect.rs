@@ -56,7 +56,7 @@ impl Dialect {
             return Self { separator, start: text.len(), preamble: 0, has_header: true, units: Vec::new() };
         };
         let fields = fields(line, separator);
-        let has_header = !(numbers(&fields, separator) && !fields.is_empty());
+        let has_header = fields.is_empty() || !numbers(&fields, separator);
         let below = lines.get(place + 1).map(|(_, line)| *line).filter(|_| has_header);
         let units = below
             .filter(|line| is_units(line, separator))

@@ -16,8 +16,7 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion, Unit};
 
 /// Endings of table files, of which a folder of logs is taken together.
-const ENDINGS: [&str; 11] =
-    ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5"];
+const ENDINGS: [&str; 11] = ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5"];
 
 /// What one column holds, given by hand: `pos_act=position_m:mm`, or `pos_act=-` for nothing.
 #[derive(Debug, Clone, PartialEq)]

@@ -170,6 +170,24 @@ fn read_runs(document: &Document, data_folder: &Path, common: &ColumnMap) -> Res
     list.iter().enumerate().map(read).collect()
 }
 
+/// Refuses slips of keys, and keys that say nothing in a `[[run]]`.
+fn check_run_keys(document: &Document, base: &[Step; 2], table: &toml::Table) -> Result<()> {
+    for name in table.keys() {
+        let meant = RUN_KEYS.into_iter().find(|key| spelling::is_slip(name, key));
+        if meant.is_some() && !RUN_KEYS.contains(&name.as_str()) {
+            return Err(document.unknown_key(&[base[0], base[1], Step::Key(name)], name, &RUN_KEYS));
+        }
+    }
+    let misplaced = MISPLACED.into_iter().find(|(name, _)| table.contains_key(*name));
+    misplaced.map_or(Ok(()), |(name, place)| {
+        Err(document
+            .refuse(ErrorKind::UnknownKey, &[base[0], base[1], Step::Key(name)])
+            .found(format!("`{name}` in a [[run]], where it says nothing"))
+            .expected(format!("`{name}` at {place}"))
+            .remedy("move it there"))
+    })
+}
+
 fn read_run(
     document: &Document,
     index: usize,
@@ -179,19 +197,7 @@ fn read_run(
 ) -> Result<RunEntry> {
     let base = [Step::Key("run"), Step::Index(index)];
     let at = |key: &'static str| [base[0], base[1], Step::Key(key)];
-    for name in table.keys() {
-        let meant = RUN_KEYS.into_iter().find(|key| spelling::is_slip(name, key));
-        if meant.is_some() && !RUN_KEYS.contains(&name.as_str()) {
-            return Err(document.unknown_key(&[base[0], base[1], Step::Key(name)], name, &RUN_KEYS));
-        }
-    }
-    if let Some((name, place)) = MISPLACED.into_iter().find(|(name, _)| table.contains_key(*name)) {
-        return Err(document
-            .refuse(ErrorKind::UnknownKey, &[base[0], base[1], Step::Key(name)])
-            .found(format!("`{name}` in a [[run]], where it says nothing"))
-            .expected(format!("`{name}` at {place}"))
-            .remedy("move it there"));
-    }
+    check_run_keys(document, &base, table)?;
     let Some(file) = text_at(document, table, &base, "file")?.filter(|file| !file.is_empty()) else {
         return Err(document
             .refuse(ErrorKind::Missing, &base)
@@ -231,17 +237,7 @@ fn read_run(
     let metadata = metadata.map(|(key, value)| (key.clone(), value.clone())).collect();
     let extra_columns = read_extra_columns(document, &at("extra_columns"), table)?;
     let range = TimeRange::read(document, &base, table)?;
-    Ok(RunEntry {
-        index,
-        name,
-        file: path,
-        role,
-        settings,
-        metadata,
-        columns,
-        extra_columns,
-        range,
-    })
+    Ok(RunEntry { index, name, file: path, role, settings, metadata, columns, extra_columns, range })
 }
 
 /// A refusal with file, line and key of the place that caused it.

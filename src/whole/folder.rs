@@ -139,8 +139,11 @@ fn clean(parent: &Path, prefix: &str) {
             continue;
         }
         let Ok(lock) = File::open(build.join(LOCK)) else {
-            // Killed before its lock was there: nothing is in it.
-            let _ = std::fs::remove_dir(&build);
+            // Killed before its lock was there, and nothing is in it; or while it was taken away, its lock first.
+            let is_left = std::fs::remove_dir(&build).is_err() && !build.join(LOCK).exists();
+            if is_left && !build.join(OLD).exists() {
+                let _ = std::fs::remove_dir_all(&build);
+            }
             continue;
         };
         if lock.try_lock().is_err() {
