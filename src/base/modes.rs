@@ -38,6 +38,9 @@ struct UncheckedMode {
     damping_ratio: f64,
 }
 
+/// Modal mass at most, in kg: a mode that the reaction point hardly takes part in is heavier than any machine.
+const HEAVIEST_KG: f64 = 1e30;
+
 impl TryFrom<UncheckedMode> for Mode {
     type Error = Error;
 
@@ -52,9 +55,10 @@ impl Mode {
     /// # Errors
     /// A number that is not finite; frequency or mass not > 0; a damping ratio outside 0 ≤ ζ < 1.
     pub fn new(frequency_hz: f64, mass_kg: f64, damping_ratio: f64) -> Result<Self> {
-        for (key, value, what) in [("frequency_hz", frequency_hz, "Hz"), ("mass_kg", mass_kg, "kg")] {
-            if !(SMALLEST..=largest(key)).contains(&value) {
-                let expected = format!("a finite number of {what} > 0, at most {:e}", largest(key));
+        let frequency = ("frequency_hz", frequency_hz, "Hz", largest("frequency_hz"));
+        for (key, value, what, most) in [frequency, ("mass_kg", mass_kg, "kg", HEAVIEST_KG)] {
+            if !(SMALLEST..=most).contains(&value) {
+                let expected = format!("a finite number of {what} > 0, at most {most:e}");
                 return Err(out_of_range(key, value, &expected));
             }
         }
