@@ -139,7 +139,10 @@ fn clean(parent: &Path, prefix: &str) {
             continue;
         }
         let Ok(lock) = File::open(build.join(LOCK)) else {
-            // Killed before its lock was there: nothing is in it.
+            // Killed before its lock was there, or while it was taken away: what is in it was never in place.
+            if build.join(NEW).exists() && !build.join(OLD).exists() {
+                let _ = std::fs::remove_dir_all(&build);
+            }
             let _ = std::fs::remove_dir(&build);
             continue;
         };
@@ -193,6 +196,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         // One that is under way, one that was killed, one that was killed between two renames.
         let under_way = Build::beside(&folder.path().join("x"), ".b-").unwrap();
+        write(&folder.path().join(".b-half").join(NEW), "1");
         for name in [".b-killed", ".b-moved"] {
             write(&folder.path().join(name), "1");
             std::fs::write(folder.path().join(name).join(LOCK), "").unwrap();
