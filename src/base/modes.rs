@@ -8,9 +8,6 @@ use serde::{Deserialize, Serialize};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{SMALLEST, largest};
 
-/// Modal mass in kg beyond which a point does not move: near a node of the mode it has no limit.
-const HEAVIEST_KG: f64 = 1e15;
-
 /// One resonance of the base: natural frequency, modal mass and damping ratio.
 ///
 /// # Model
@@ -25,7 +22,7 @@ const HEAVIEST_KG: f64 = 1e15;
 /// assert!(Mode::new(86.1, 1500.0, 0.02).is_ok());
 /// assert_eq!(Mode::new(86.1, -1.0, 0.02).unwrap_err().key_name(), Some("mass_kg"));
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(try_from = "UncheckedMode")]
 pub struct Mode {
     frequency_hz: f64,
@@ -33,13 +30,16 @@ pub struct Mode {
     damping_ratio: f64,
 }
 
-#[derive(Deserialize, schemars::JsonSchema)]
+#[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct UncheckedMode {
     frequency_hz: f64,
     mass_kg: f64,
     damping_ratio: f64,
 }
+
+/// Modal mass at most, in kg: a mode that the reaction point hardly takes part in is heavier than any machine.
+const HEAVIEST_KG: f64 = 1e30;
 
 impl TryFrom<UncheckedMode> for Mode {
     type Error = Error;
@@ -55,11 +55,8 @@ impl Mode {
     /// # Errors
     /// A number that is not finite; frequency or mass not > 0; a damping ratio outside 0 ≤ ζ < 1.
     pub fn new(frequency_hz: f64, mass_kg: f64, damping_ratio: f64) -> Result<Self> {
-        let numbers = [
-            ("frequency_hz", frequency_hz, "Hz", largest("frequency_hz")),
-            ("mass_kg", mass_kg, "kg", HEAVIEST_KG),
-        ];
-        for (key, value, what, most) in numbers {
+        let frequency = ("frequency_hz", frequency_hz, "Hz", largest("frequency_hz"));
+        for (key, value, what, most) in [frequency, ("mass_kg", mass_kg, "kg", HEAVIEST_KG)] {
             if !(SMALLEST..=most).contains(&value) {
                 let expected = format!("a finite number of {what} > 0, at most {most:e}");
                 return Err(out_of_range(key, value, &expected));
@@ -120,7 +117,7 @@ fn out_of_range(key: &str, value: f64, expected: &str) -> Error {
 ///
 /// # Model
 /// The reaction point moves by x = Σ ηᵢ, each mode driven by the same force on the base.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, schemars::JsonSchema)]
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Modes(Vec<Mode>);
 

@@ -196,6 +196,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         // One that is under way, one that was killed, one that was killed between two renames.
         let under_way = Build::beside(&folder.path().join("x"), ".b-").unwrap();
+        write(&folder.path().join(".b-half").join(NEW), "1");
         for name in [".b-killed", ".b-moved"] {
             write(&folder.path().join(name), "1");
             std::fs::write(folder.path().join(name).join(LOCK), "").unwrap();
