@@ -22,7 +22,7 @@ use crate::units::{SMALLEST, largest};
 /// assert!(Mode::new(86.1, 1500.0, 0.02).is_ok());
 /// assert_eq!(Mode::new(86.1, -1.0, 0.02).unwrap_err().key_name(), Some("mass_kg"));
 /// ```
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(try_from = "UncheckedMode")]
 pub struct Mode {
     frequency_hz: f64,
@@ -30,7 +30,7 @@ pub struct Mode {
     damping_ratio: f64,
 }
 
-#[derive(Deserialize)]
+#[derive(Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 struct UncheckedMode {
     frequency_hz: f64,
