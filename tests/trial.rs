@@ -249,8 +249,11 @@ fn exact_wrong_inputs_are_refused() {
     let text = std::fs::read_to_string(grinder().join("machine.toml")).unwrap();
     let (head, rest) = text.split_once("[controller]").unwrap();
     let (_, tail) = rest.split_once("[motor]").unwrap();
-    let urdf = grinder().join("machine.urdf");
-    let head = head.replace("\"machine.urdf\"", &format!("{urdf:?}"));
+    std::fs::copy(grinder().join("machine.urdf"), loose.join("machine.urdf")).unwrap();
+    std::fs::create_dir(loose.join("meshes")).unwrap();
+    for mesh in std::fs::read_dir(grinder().join("meshes")).unwrap().flatten() {
+        std::fs::copy(mesh.path(), loose.join("meshes").join(mesh.file_name())).unwrap();
+    }
     std::fs::write(loose.join("machine.toml"), format!("{head}[motor]{tail}")).unwrap();
     let out = folder.path().join("out");
     let refused = refusal(&slideway(&[
