@@ -256,6 +256,8 @@ fn exact_joints_that_are_not_driven_are_held() {
         <limit lower="-1" upper="1" effort="1" velocity="1"/></joint></robot>"#
     );
     let own = Own::new(&urdf, "");
+    let stated = fs::read_to_string(own.path("machine.toml")).unwrap();
+    own.write("machine.toml", format!("held_joints = [\"arm\"]\n{stated}").as_bytes());
     assert_imported(&own.machine());
     let mut rig = MujocoRig::new(&own.machine()).unwrap();
     push(&mut rig, 8.0, SECOND);
