@@ -1,6 +1,11 @@
 //! What a test needs and may not find: measured data, a browser, Python packages. A test that cannot run its subject
 //! says so by its own name; `.ci/count` takes it off the tests that passed.
 #![allow(dead_code, reason = "each suite needs a part of it")]
+#![allow(unused_imports, unused_macros, reason = "each suite needs a part of it")]
+#![allow(clippy::unwrap_used)]
+
+pub mod random_input;
+pub mod strokes;
 
 use std::ffi::OsString;
 use std::io::Write as _;

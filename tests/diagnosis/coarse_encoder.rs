@@ -1,0 +1,68 @@
+//! A loop that differentiates coarse readings: what its steps make of the motion is noise, and tells of the steps all the same.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use crate::support::strokes::{Cell, Strokes};
+use slideway::diagnose::check::Check;
+use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::machine::Machine;
+use slideway::recording::{Recording, Role, Run, Signal};
+use std::path::Path;
+
+/// Far coarser than the encoder that the machine states.
+const STEP_M: f64 = 7e-7;
+const CELLS: [Cell; 5] = [
+    (0.03, 0.7, Role::Training),
+    (0.026, 1.3, Role::Training),
+    (0.05, 2.4, Role::Training),
+    (0.04, 1.0, Role::HeldOut),
+    (0.035, 2.0, Role::HeldOut),
+];
+
+/// A machine whose velocity is the difference of two readings, amplified.
+fn machine() -> Machine {
+    Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/emps")).unwrap()
+}
+
+fn told(machine: &Machine, recording: &Recording) -> Diagnosis {
+    diagnose(machine, recording, &Options::default()).unwrap()
+}
+
+/// The run as a log with few digits has it.
+fn rounded(run: &Run) -> Run {
+    let mut signals = run.signals().clone();
+    let positions = signals.get_mut(&Signal::Position).unwrap();
+    positions.iter_mut().for_each(|x| *x = STEP_M * (*x / STEP_M).round());
+    let mut rounded = Run::new(run.name(), run.motion(), run.sample_period_s(), signals).unwrap();
+    rounded.role = run.role;
+    rounded
+}
+
+fn is_noted(diagnosis: &Diagnosis) -> bool {
+    diagnosis.checks.iter().any(|finding| finding.check == Check::CoarseReadings)
+}
+
+/// The course that the steps make of the motion cannot be predicted, so the residuals do not shrink; the noise that they
+/// must make accounts for them.
+#[test]
+fn exact_coarse_steps_in_the_loop_are_named_with_their_size() {
+    let stated = machine();
+    let settings = [("effect.encoder_resolution.resolution_m", STEP_M.into())];
+    let real = stated.with_settings(settings).unwrap();
+    let d = told(&stated, &Strokes::both_ways(&stated, &real, 3).recording(&CELLS));
+    let named: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    assert_eq!((d.verdict, named), (Verdict::Cause, vec!["encoder_resolution"]));
+    let step = d.causes[0].parameters["resolution_m"].value;
+    assert!((step / STEP_M - 1.0).abs() < 1e-6, "{step}");
+    assert!(d.gap.before > 3.0 && d.gap.after < 1.25 && d.gap.closed > 0.95, "{:?}", d.gap);
+    assert!(d.gap.predicted_closed > 0.9 && is_noted(&d));
+}
+
+/// A log that was rounded after the loop had run leaves the effort as quiet as it was.
+#[test]
+fn exact_a_rounded_log_is_no_coarse_encoder() {
+    let stated = machine();
+    let fine = Strokes::both_ways(&stated, &stated, 3).recording(&CELLS);
+    let d = told(&stated, &Recording::new(fine.runs().iter().map(rounded).collect()).unwrap());
+    assert!(d.causes.iter().all(|cause| cause.effect != "encoder_resolution"), "{:?}", d.causes);
+    assert!(!is_noted(&d));
+}

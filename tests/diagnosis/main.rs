@@ -1,0 +1,21 @@
+//! The diagnosis and the comparison, on simulated and on measured recordings.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod check;
+mod coarse_encoder;
+mod compare;
+mod delta_a3;
+mod diagnose;
+mod effects;
+mod emps;
+mod friction_pairs;
+mod gate;
+mod grinder_yaxis;
+mod missing_signals;
+mod next_experiment;
+mod payload_lever;
+mod servo_diagnosis;
+mod stretches;
+mod two_sensors;

@@ -1,0 +1,16 @@
+//! The command line, the reports, the shipped machines and the project itself.
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod architecture;
+mod catalogue;
+mod ci;
+mod cli;
+mod compared;
+mod diagnose_cli;
+mod html;
+mod known;
+mod machines;
+mod report;
+mod screenshots;
