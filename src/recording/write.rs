@@ -143,15 +143,11 @@ fn write_run(run: &Run, path: &Path, format: Format) -> Result<()> {
     let signals = run.signals().iter().map(|(signal, samples)| (signal.key(run.motion()), samples));
     let extra = run.extra_columns().iter().map(|(name, samples)| (name.as_str(), samples));
     let columns = [(TIME_KEY, &time)].into_iter().chain(signals).chain(extra);
+    let columns: Vec<(&str, &[f64])> = columns.map(|(name, samples)| (name, &samples[..])).collect();
     match format {
-        Format::Parquet => {
-            parquet_table::write(path, columns.map(|(name, samples)| (name, samples.clone())).collect())
-        }
+        Format::Parquet => parquet_table::write(path, &columns),
         Format::Mcap => mcap_table::write(path, run),
-        Format::Csv => {
-            let columns: Vec<(&str, &[f64])> = columns.map(|(name, samples)| (name, &samples[..])).collect();
-            write_csv(path, &columns).map_err(|error| Error::io(path, &error))
-        }
+        Format::Csv => write_csv(path, &columns).map_err(|error| Error::io(path, &error)),
     }
 }
 

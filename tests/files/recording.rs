@@ -672,23 +672,70 @@ fn exact_implausible_units_are_refused_at_the_door() {
 
 mod parquet_files {
     use super::*;
-    use arrow_array::{ArrayRef, Float32Array, Float64Array, Int32Array, RecordBatch, StringArray};
-    use parquet::arrow::ArrowWriter;
+    use parquet::column::writer::ColumnWriter;
+    use parquet::data_type::ByteArray;
+    use parquet::file::metadata::KeyValue;
+    use parquet::file::properties::WriterProperties;
+    use parquet::file::writer::SerializedFileWriter;
+    use parquet::schema::parser::parse_message_type;
     use std::sync::Arc;
 
-    fn folder_with(columns: Vec<(&str, ArrayRef)>) -> TempDir {
+    /// Numbers, or what is none, of a column and the type that the file states for it.
+    enum Stored {
+        Double(Vec<Option<f64>>),
+        Float(Vec<f32>),
+        Int32(Vec<i32>),
+        Int64(Vec<i64>),
+        Text(Vec<&'static str>),
+    }
+
+    fn folder_with(columns: Vec<(&str, Stored)>) -> TempDir {
+        folder_told(columns, None)
+    }
+
+    /// A file with columns `TYPE name`, and what pandas says about them.
+    fn folder_told(columns: Vec<(&str, Stored)>, pandas: Option<&str>) -> TempDir {
         let folder = TempDir::new().unwrap();
         fs::write(folder.path().join("recording.toml"), "[[run]]\nfile = \"log.parquet\"\n").unwrap();
-        let batch = RecordBatch::try_from_iter(columns).unwrap();
+        let fields: String = columns.iter().map(|(field, _)| format!("OPTIONAL {field};\n")).collect();
+        let schema = Arc::new(parse_message_type(&format!("message schema {{ {fields} }}")).unwrap());
+        let told = pandas.map(|told| vec![KeyValue::new("pandas".to_owned(), told.to_owned())]);
+        let properties = Arc::new(WriterProperties::builder().set_key_value_metadata(told).build());
         let file = fs::File::create(folder.path().join("log.parquet")).unwrap();
-        let mut writer = ArrowWriter::try_new(file, batch.schema(), None).unwrap();
-        writer.write(&batch).unwrap();
+        let mut writer = SerializedFileWriter::new(file, schema, properties).unwrap();
+        let mut group = writer.next_row_group().unwrap();
+        for (_, stored) in columns {
+            let mut column = group.next_column().unwrap().unwrap();
+            match (column.untyped(), stored) {
+                (ColumnWriter::DoubleColumnWriter(to), Stored::Double(values)) => {
+                    let levels: Vec<i16> = values.iter().map(|value| i16::from(value.is_some())).collect();
+                    let values: Vec<f64> = values.into_iter().flatten().collect();
+                    to.write_batch(&values, Some(&levels), None).unwrap();
+                }
+                (ColumnWriter::FloatColumnWriter(to), Stored::Float(values)) => {
+                    to.write_batch(&values, Some(&vec![1; values.len()]), None).unwrap();
+                }
+                (ColumnWriter::Int32ColumnWriter(to), Stored::Int32(values)) => {
+                    to.write_batch(&values, Some(&vec![1; values.len()]), None).unwrap();
+                }
+                (ColumnWriter::Int64ColumnWriter(to), Stored::Int64(values)) => {
+                    to.write_batch(&values, Some(&vec![1; values.len()]), None).unwrap();
+                }
+                (ColumnWriter::ByteArrayColumnWriter(to), Stored::Text(values)) => {
+                    let values: Vec<ByteArray> = values.into_iter().map(ByteArray::from).collect();
+                    to.write_batch(&values, Some(&vec![1; values.len()]), None).unwrap();
+                }
+                _ => panic!("a column of another type"),
+            }
+            column.close().unwrap();
+        }
+        group.close().unwrap();
         writer.close().unwrap();
         folder
     }
 
-    fn time() -> (&'static str, ArrayRef) {
-        ("time_s", Arc::new(Float64Array::from(vec![0.0, 0.001, 0.002])))
+    fn time() -> (&'static str, Stored) {
+        ("DOUBLE time_s", Stored::Double([0.0, 0.001, 0.002].map(Some).to_vec()))
     }
 
     fn at(row: u64) -> Place<'static> {
@@ -697,41 +744,55 @@ mod parquet_files {
 
     #[test]
     fn exact_integer_and_single_precision_columns_are_read() {
-        let current: ArrayRef = Arc::new(Int32Array::from(vec![1, -2, 3]));
-        let position: ArrayRef = Arc::new(Float32Array::from(vec![0.5, 0.25, 0.125]));
-        let folder = folder_with(vec![("current_a", current), time(), ("position_m", position)]);
+        let current = ("INT32 current_a", Stored::Int32(vec![1, -2, 3]));
+        let thrust = ("INT32 thrust_n (UINT_8)", Stored::Int32(vec![0, 200, 255]));
+        let effort = ("INT64 control_effort_v (UINT_64)", Stored::Int64(vec![0, 5, 7]));
+        let position = ("FLOAT position_m", Stored::Float(vec![0.5, 0.25, 0.125]));
+        let folder = folder_with(vec![current, time(), thrust, effort, position]);
         let recording = Recording::read(folder.path()).unwrap();
         let run = &recording.runs()[0];
         assert_eq!(run.signal(Signal::Current).unwrap(), [1.0, -2.0, 3.0]);
+        assert_eq!(run.signal(Signal::Thrust).unwrap(), [0.0, 200.0, 255.0]);
+        assert_eq!(run.signal(Signal::ControlEffort).unwrap(), [0.0, 5.0, 7.0]);
         assert_eq!(run.signal(Signal::Position).unwrap(), [0.5, 0.25, 0.125]);
     }
 
     #[test]
     fn exact_null_is_refused() {
-        let position: ArrayRef = Arc::new(Float64Array::from(vec![Some(0.0), None, Some(1.0)]));
-        let error = Recording::read(folder_with(vec![time(), ("position_m", position)]).path()).unwrap_err();
+        let position = ("DOUBLE position_m", Stored::Double(vec![Some(0.0), None, Some(1.0)]));
+        let error = Recording::read(folder_with(vec![time(), position]).path()).unwrap_err();
         assert_refused(&error, ErrorKind::Missing, &at(2), &["null", "a finite number"]);
     }
 
     #[test]
     fn exact_nan_is_refused() {
-        let position: ArrayRef = Arc::new(Float64Array::from(vec![0.0, 1.0, f64::NAN]));
-        let error = Recording::read(folder_with(vec![time(), ("position_m", position)]).path()).unwrap_err();
+        let position = ("DOUBLE position_m", Stored::Double([0.0, 1.0, f64::NAN].map(Some).to_vec()));
+        let error = Recording::read(folder_with(vec![time(), position]).path()).unwrap_err();
         assert_refused(&error, ErrorKind::NotFinite, &at(3), &["NaN"]);
     }
 
     #[test]
-    fn exact_text_column_is_refused() {
-        let position: ArrayRef = Arc::new(StringArray::from(vec!["a", "b", "c"]));
-        let error = Recording::read(folder_with(vec![time(), ("position_m", position)]).path()).unwrap_err();
-        let place = Place { row: None, ..at(0) };
-        assert_refused(&error, ErrorKind::Syntax, &place, &["Utf8", "a column of numbers"]);
+    fn exact_columns_without_numbers_are_refused() {
+        let refused = |position: (&str, Stored), pandas: Option<&str>, word: &str| {
+            let error = Recording::read(folder_told(vec![time(), position], pandas).path()).unwrap_err();
+            let place = Place { row: None, ..at(0) };
+            assert_refused(&error, ErrorKind::Syntax, &place, &[word, "a column of numbers"]);
+        };
+        let counts = || Stored::Int64(vec![1, 2, 3]);
+        refused(("BYTE_ARRAY position_m (UTF8)", Stored::Text(vec!["a", "b", "c"])), None, "text");
+        refused(("INT64 position_m (TIMESTAMP_MICROS)", counts()), None, "time stamps");
+        refused(("INT64 position_m (TIMESTAMP(NANOS,true))", counts()), None, "time stamps");
+        refused(("INT64 position_m (DECIMAL(9,2))", counts()), None, "decimals");
+        refused(("INT32 position_m (DATE)", Stored::Int32(vec![1, 2, 3])), None, "dates");
+        // Durations are bare integers in the file; pandas says what they are.
+        let told = r#"{"columns": [{"name": "position_m", "pandas_type": "timedelta", "numpy_type": "timedelta64[ns]"}]}"#;
+        refused(("INT64 position_m", counts()), Some(told), "durations");
     }
 
     #[test]
     fn exact_empty_or_foreign_file_is_refused() {
-        let none: ArrayRef = Arc::new(Float64Array::from(Vec::<f64>::new()));
-        let folder = folder_with(vec![("time_s", none.clone()), ("position_m", none)]);
+        let none = || Stored::Double(Vec::new());
+        let folder = folder_with(vec![("DOUBLE time_s", none()), ("DOUBLE position_m", none())]);
         let place = Place { file: "log.parquet", ..Place::default() };
         let error = Recording::read(folder.path()).unwrap_err();
         assert_refused(&error, ErrorKind::TooLittleData, &place, &["without rows"]);
