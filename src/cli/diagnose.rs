@@ -10,7 +10,7 @@ use slideway::diagnose::{Diagnosis, MOST_SAMPLES, Options, Verdict, compare, dia
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
-use slideway::recording::{MappedColumn, Recording};
+use slideway::recording::{Existing, MappedColumn, Recording};
 use slideway::report::figure::svg;
 use slideway::report::material::Material;
 use slideway::report::{html, sentence, terminal};
@@ -18,7 +18,6 @@ use slideway::report::{html, sentence, terminal};
 use super::effects::{Named, named};
 use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
-use super::stability::stability;
 use super::subject::{check_motion, machine_of, read};
 use super::{Failure, Screen, style};
 
@@ -71,6 +70,9 @@ pub(super) struct Diagnose {
     /// Write the machine with the named causes in it as a folder of its own, with where its values come from
     #[arg(long, value_name = "DIR")]
     write_machine: Option<PathBuf>,
+    /// Overwrite a machine that --write-machine wrote before, also where it was changed by hand since
+    #[arg(long, requires = "write_machine")]
+    replace: bool,
     /// Exit with 1 when there is a gap
     #[arg(long)]
     exit_code: bool,
@@ -98,7 +100,7 @@ impl Diagnose {
             ("--write-machine", self.write_machine.as_deref()),
         ];
         check_apart(&places)?;
-        self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder))?;
+        self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder, self.existing()))?;
         let named: Vec<PathBuf> = self.named.iter().cloned().collect();
         let paths = if self.recordings.is_empty() { &named } else { &self.recordings };
         let recording = read(paths, self.machine.as_deref(), &self.maps)?;
@@ -125,12 +127,7 @@ impl Diagnose {
         self.draw(&machine, &recording, &diagnosis, screen)?;
         let written = self.write_improved(&diagnosis, &machine)?;
         if !matches!(destination, Destination::Stdout) {
-            write!(
-                screen.out,
-                "{}{}{written}",
-                stability(&machine),
-                terminal(&diagnosis, machine.motion(), style())
-            )?;
+            write!(screen.out, "{}{written}", terminal(&diagnosis, machine.motion(), style()))?;
         }
         let is_gap = diagnosis.verdict != Verdict::NoGap;
         Ok(if self.exit_code && is_gap { ExitCode::from(GAP_FOUND) } else { ExitCode::SUCCESS })
@@ -153,13 +150,17 @@ impl Diagnose {
         self.pictures.write(&html::diagnosis(diagnosis, machine, &material?, &command_line()))
     }
 
+    fn existing(&self) -> Existing {
+        if self.replace { Existing::Replace } else { Existing::Refuse }
+    }
+
     /// Writes the improved machine where one was asked for; a sentence about it.
     fn write_improved(&self, diagnosis: &Diagnosis, machine: &Machine) -> Result<String, Error> {
         let Some(folder) = &self.write_machine else { return Ok(String::new()) };
         let place = folder.display();
         Ok(match improved(diagnosis, machine)? {
             Some((better, provenance)) => {
-                better.write(folder, provenance)?;
+                better.write(folder, provenance, self.existing())?;
                 format!("\nImproved machine written to {place}; diagnose again with --machine {place}\n")
             }
             None => format!("\nNo machine written to {place}: there is no decided cause to put into it.\n"),

@@ -4,7 +4,9 @@ use super::Machine;
 use super::file_text::file_text;
 use super::provenance::Provenance;
 use crate::error::{Error, ErrorKind, Result};
+use crate::recording::Existing;
 use crate::whole::{Build, probe};
+use sha2::{Digest, Sha256};
 use std::path::{Component, Path, PathBuf};
 
 /// The machine file of a machine folder.
@@ -13,10 +15,12 @@ const FILE_NAME: &str = "machine.toml";
 const PREFIX: &str = ".machine-";
 /// The file with the sources of the numbers, where there is one.
 const README: &str = "README.md";
+/// What was written, as `sha256sum --check` reads it: a file that differs was changed by hand.
+const SUMS: &str = "written.sha256";
 
 impl Machine {
     /// Writes the machine as a folder: `machine.toml` with the settings in force and one entry of provenance more,
-    /// the URDF and the meshes that it names, and the README beside the machine file.
+    /// the URDF and the meshes that it names, the README beside the machine file, and the sums of all of them.
     ///
     /// Comments of the machine file are kept where its values can be changed in their places. The folder is built
     /// beside its place and renamed into it, so that a half-written machine is never seen.
@@ -24,8 +28,8 @@ impl Machine {
     /// # Errors
     /// A folder that [`Machine::check_place`] refuses, a mesh outside the machine's folder, or whatever the file
     /// system refuses.
-    pub fn write(&self, folder: &Path, provenance: Provenance) -> Result<()> {
-        Self::check_place(folder)?;
+    pub fn write(&self, folder: &Path, provenance: Provenance, existing: Existing) -> Result<()> {
+        Self::check_place(folder, existing)?;
         let build = Build::beside(folder, PREFIX)?;
         let fresh = build.fresh();
         let (urdf, files) = self.files()?;
@@ -35,15 +39,17 @@ impl Machine {
         for (from, to) in files {
             copy(&from, &fresh.join(to))?;
         }
+        let sums = fresh.join(SUMS);
+        std::fs::write(&sums, sums_of(&fresh)?).map_err(|e| Error::io(&sums, &e))?;
         build.put(folder, true)
     }
 
     /// Refuses a folder that is not empty, unless an earlier diagnosis wrote the machine in it and nothing else is
-    /// there.
+    /// there. What was changed by hand since is replaced only where `existing` says so.
     ///
     /// # Errors
     /// As said, with what to do instead.
-    pub fn check_place(folder: &Path) -> Result<()> {
+    pub fn check_place(folder: &Path, existing: Existing) -> Result<()> {
         let refuse = |found: String, remedy: &str| {
             Err(Error::new(ErrorKind::Io)
                 .file(folder)
@@ -72,15 +78,22 @@ impl Machine {
             return refuse("a machine without [[provenance]]".to_owned(), another);
         }
         let (_, own) = machine.files()?;
-        let foreign = there
-            .iter()
-            .find(|file| !(file.as_os_str() == FILE_NAME || own.iter().any(|(_, to)| to == *file)));
-        match foreign {
-            Some(foreign) => refuse(
+        let foreign = there.iter().find(|file| {
+            !([FILE_NAME, SUMS].map(Path::new).contains(&file.as_path())
+                || own.iter().any(|(_, to)| to == *file))
+        });
+        if let Some(foreign) = foreign {
+            return refuse(
                 format!("`{}`, which the machine there does not name", foreign.display()),
                 "move it away first: replacing would delete it",
+            );
+        }
+        match changed(folder)? {
+            Some(changed) if existing == Existing::Refuse => refuse(
+                format!("`{changed}`, which was changed since it was written"),
+                "name another folder; --replace overwrites it",
             ),
-            None => probe(folder, PREFIX),
+            _ => probe(folder, PREFIX),
         }
     }
 
@@ -140,6 +153,29 @@ fn copy(from: &Path, to: &Path) -> Result<()> {
     // Contents only: a read-only original must not make the copy read-only.
     let content = std::fs::read(from).map_err(|e| Error::io(from, &e))?;
     std::fs::write(to, content).map_err(|e| Error::io(to, &e))
+}
+
+/// The sum and the name of every file below a folder, a line each, but for the sums themselves.
+fn sums_of(folder: &Path) -> Result<String> {
+    let mut files = files_below(folder)?;
+    files.sort();
+    files.retain(|file| file.as_os_str() != SUMS);
+    let line = |file: &PathBuf| {
+        let bytes = std::fs::read(folder.join(file)).map_err(|e| Error::io(folder.join(file), &e))?;
+        let sum: String = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(format!("{sum}  {}\n", file.display()))
+    };
+    files.iter().map(line).collect()
+}
+
+/// The first file of a written machine that is not as it was written; the sums where they are gone.
+fn changed(folder: &Path) -> Result<Option<String>> {
+    let Ok(written) = std::fs::read_to_string(folder.join(SUMS)) else { return Ok(Some(SUMS.to_owned())) };
+    let now = sums_of(folder)?;
+    let other = now.lines().chain(written.lines());
+    let mut other =
+        other.filter(|line| !(now.lines().any(|l| l == *line) && written.lines().any(|l| l == *line)));
+    Ok(other.next().map(|line| line.split_once("  ").map_or(line, |(_, name)| name).to_owned()))
 }
 
 /// Every file below a folder, relative to it.

@@ -5,6 +5,7 @@
 use serde_json::Value;
 use slideway::machine::Machine;
 use slideway::machine::provenance::Reason;
+use slideway::recording::Existing;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -102,7 +103,7 @@ fn ref_hidden_friction_written_into_the_machine_leaves_no_gap() {
     assert_eq!(scene["runs"], first["data"]["held_out"]);
 
     // A machine folder like any other, with the fitted values and where they come from.
-    assert_eq!(files(&written), ["README.md", "machine.toml", "machine.urdf", "meshes"]);
+    assert_eq!(files(&written), ["README.md", "machine.toml", "machine.urdf", "meshes", "written.sha256"]);
     let stated = fs::read_to_string(grinder().join("machine.toml")).unwrap();
     let text = fs::read_to_string(written.join("machine.toml")).unwrap();
     // The line that names the schema holds for its own folder only.
@@ -198,8 +199,17 @@ fn exact_folder_that_is_not_ours_is_refused() {
         version: "0".to_owned(),
         value: Vec::new(),
     };
-    stated.write(&own, entry.clone()).unwrap();
-    stated.write(&own, entry).unwrap();
+    stated.write(&own, entry.clone(), Existing::Refuse).unwrap();
+    stated.write(&own, entry.clone(), Existing::Refuse).unwrap();
+
+    // Edits by hand are overwritten only where that is asked for.
+    let file = own.join("machine.toml");
+    let edited = fs::read_to_string(&file).unwrap() + "# measured again\n";
+    fs::write(&file, &edited).unwrap();
+    refused(&own.display().to_string(), "`machine.toml`, which was changed since it was written");
+    assert_eq!(fs::read_to_string(&file).unwrap(), edited);
+    stated.write(&own, entry, Existing::Replace).unwrap();
+    assert!(!fs::read_to_string(&file).unwrap().contains("measured again"));
     fs::write(own.join("notes.txt"), "mine").unwrap();
     refused(&own.display().to_string(), "notes.txt");
     assert!(own.join("notes.txt").is_file());
