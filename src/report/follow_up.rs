@@ -85,11 +85,12 @@ pub(super) fn sentences(diagnosis: &Diagnosis) -> Vec<Sentence<'_>> {
     sentences
 }
 
-/// What was noticed in the data: warnings first, each sentence once with the runs it concerns. What withholds the verdict stands
-/// above it.
+/// What was noticed in the data: warnings first, each sentence once with the runs it concerns. What withholds the verdict and a
+/// loop that is not stable stand above it.
 pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
     let sentences = sentences(diagnosis);
-    let rest: Vec<&Sentence> = sentences.iter().filter(|s| s.severity != Severity::Fatal).collect();
+    let is_said = |s: &&Sentence| s.severity == Severity::Fatal || s.check == Check::UnstableLoop;
+    let rest: Vec<&Sentence> = sentences.iter().filter(|s| !is_said(s)).collect();
     if rest.is_empty() {
         return String::new();
     }
@@ -103,6 +104,12 @@ pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
     }
     out += &unsaid(&said, style);
     out
+}
+
+/// A twin that is not stable, said above everything that was simulated with it; empty where it is.
+pub(super) fn unstable(diagnosis: &Diagnosis, style: Style) -> String {
+    let found = diagnosis.checks.iter().filter(|finding| finding.check == Check::UnstableLoop);
+    found.map(|finding| item(&finding.message, Severity::Warning, style) + "\n").collect()
 }
 
 /// How often something like what was already said occurs beyond that.

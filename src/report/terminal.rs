@@ -36,6 +36,7 @@ const LABEL: usize = 8;
 pub fn terminal(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
     let style = Style { width: style.width.max(NARROWEST), ..style };
     let sections = [
+        follow_up::unstable(diagnosis, style),
         withheld::section(diagnosis, style),
         head(diagnosis, style),
         verdict(diagnosis, motion, style),

@@ -25,6 +25,8 @@ const AROUND: i32 = 24;
 const WIDTHS: f64 = 12.0;
 /// Least distance of two frequencies of the grid, as a share.
 const LEAST_DISTANCE: f64 = 1e-6;
+/// Modes of a base up to which a warning looks at the loop: the effort grows with the third power of their number.
+const MOST_MODES: usize = 32;
 /// Damping ratio below which the grid does not become finer.
 const LEAST_DAMPING: f64 = 1e-4;
 
@@ -319,6 +321,19 @@ impl LinearLoop {
         let off = off - 2.0 * PI * (off / (2.0 * PI)).round();
         let outside = (f64::from(integrators) * 0.5 * PI - (turned + off)) / PI;
         outside.round() == 0.0
+    }
+
+    /// A sentence where the closed loop of a machine is known not to be stable; none where it is, or where no law is stated.
+    pub fn warning(machine: &Machine) -> Option<String> {
+        if machine.constants().modes.as_slice().len() > MOST_MODES {
+            return None;
+        }
+        Self::of(machine).ok().filter(|looped| !looped.is_stable()).map(|_| {
+            format!(
+                "The closed loop of {} is not stable, or does not hold a position: look at its gains, delays and signs.",
+                machine.description().name
+            )
+        })
     }
 
     /// Refuses a loop that is not stable.

@@ -28,6 +28,7 @@ mod unit;
 use super::experiment::Experiment;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
+use crate::twin::LinearLoop;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use smoothed::Smoothed;
@@ -64,6 +65,8 @@ pub enum Check {
     CoarseReadings,
     /// A signal that was not logged, and what cannot be told without it.
     MissingSignal,
+    /// A twin whose closed loop is not stable.
+    UnstableLoop,
 }
 
 /// How much a finding matters; worst first.
@@ -138,6 +141,8 @@ pub fn check(machine: &Machine, training: &[Experiment], held_out: &[Experiment]
     let smoothed: Vec<&Smoothed> = looked[..training.len()].iter().map(|look| &look.smoothed).collect();
     findings.extend(excitation::excitation(machine, training, &smoothed));
     findings.extend(missing::missing(&all));
+    let unstable = LinearLoop::warning(machine);
+    findings.extend(unstable.map(|text| Finding::warning("", Check::UnstableLoop, text)));
     agreed(&mut findings, &all);
     findings
 }

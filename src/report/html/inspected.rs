@@ -10,6 +10,7 @@ use crate::recording::{Recording, Signal, plausibility};
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel, escape};
 use crate::report::material::{MachineShape, Response, RunTraces};
 use crate::report::number::value;
+use crate::twin::LinearLoop;
 use crate::units::Motion;
 
 /// Parts of the description in hardware order; the modes of the base have a section of their own.
@@ -42,6 +43,8 @@ pub fn machine(machine: &Machine, command: &str) -> Page {
         value(machine.constants().moving_mass, unit),
         value(description.sample_period_s, "s")
     );
+    let warning = LinearLoop::warning(machine).map_or(String::new(), |text| format!(" {text}"));
+    let sentence = sentence + &warning;
     let title = format!("{}: machine", description.name);
     let mut page = Builder::new(&title, head::plain_head(&description.name, "machine", &sentence, None));
     page.section("machine", "The machine", scene::part(&shape, false));

@@ -5,6 +5,7 @@ use super::{data, head, provenance, scene, traces};
 use crate::machine::Machine;
 use crate::recording::Recording;
 use crate::report::material::{MachineShape, RunTraces};
+use crate::twin::LinearLoop;
 
 /// Runs whose figures stand in the page; the live view has them all.
 const STILL: usize = 3;
@@ -23,7 +24,8 @@ pub fn replayed(
         recording.runs().iter().map(|run| RunTraces::recorded(run, Some(machine))).collect();
     let name = &machine.description().name;
     let count = if runs.len() == 1 { "One run".to_owned() } else { format!("{} runs", runs.len()) };
-    let sentence = format!("{count} replayed through the twin.");
+    let warning = LinearLoop::warning(machine).map_or(String::new(), |text| format!(" {text}"));
+    let sentence = format!("{count} replayed through the twin.{warning}");
     let mut page = Builder::new(
         &format!("{name}: replay"),
         head::plain_head(name, "replay", &sentence, recording.note.as_deref()),
