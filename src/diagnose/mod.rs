@@ -9,6 +9,7 @@ pub mod check;
 pub mod compare;
 mod conclude;
 pub mod cut;
+mod dead_reference;
 pub mod estimate;
 pub mod evidence;
 pub mod experiment;
@@ -155,6 +156,7 @@ impl<'a> Ready<'a> {
             runs.iter().map(|run| Experiment::new(run, machine)).collect()
         };
         let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
+        dead_reference::refuse(&training.iter().chain(&held_out).collect::<Vec<_>>())?;
         let checks = check::check(machine, &training, &held_out);
         let floors = Floors::estimate(machine, &training, &held_out, &known.left)?;
         let before = Score::of(machine, &held_out, &floors.common)?;

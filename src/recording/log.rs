@@ -18,6 +18,12 @@ use crate::units::{Dimension, Motion, Unit};
 /// Endings of table files, of which a folder of logs is taken together.
 const ENDINGS: [&str; 11] = ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5"];
 
+/// Whether a file has the ending of a table.
+pub(super) fn is_table(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
+}
+
 /// What one column holds, given by hand: `pos_act=position_m:mm`, or `pos_act=-` for nothing.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MappedColumn {

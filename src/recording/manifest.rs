@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::columns::ColumnMap;
 use super::document::{Document, Step};
+use super::log;
 use super::range::TimeRange;
 use super::run::Role;
 use crate::confine;
@@ -207,13 +208,7 @@ fn read_run(
     };
     let path = data_folder.join(file);
     let folder = document.path.parent().unwrap_or(Path::new(""));
-    // A data folder that the file itself states leads where the file says, but not from anywhere to anywhere.
-    let folders = if data_folder.is_relative() || data_folder.starts_with(folder) {
-        vec![folder, data_folder]
-    } else {
-        vec![folder]
-    };
-    confine::check(&path, &folders).map_err(|error| relocated(document, &at("file"), &error))?;
+    check_confined(&path, folder, data_folder).map_err(|error| relocated(document, &at("file"), &error))?;
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let name = text_at(document, table, &base, "name")?.map(str::to_owned).or(stem).unwrap_or_default();
     let role = match text_at(document, table, &base, "role")? {
@@ -241,6 +236,32 @@ fn read_run(
 }
 
 /// A refusal with file, line and key of the place that caused it.
+/// Refuses a file outside of the recording's folder, unless it is a table in a folder that `data_folder` names relative to it.
+///
+/// Shipped machines and measured data lie side by side, so that a relative `data_folder` may lead out. Who is handed a
+/// recording expects it to read logs there and nothing else: what has no ending of a table is not opened.
+fn check_confined(path: &Path, folder: &Path, data_folder: &Path) -> Result<()> {
+    let own = confine::check(path, &[folder]);
+    let is_stated = data_folder.is_relative() || data_folder.starts_with(folder);
+    let Err(outside) = own else { return Ok(()) };
+    if !is_stated {
+        return Err(outside);
+    }
+    confine::check(path, &[folder, data_folder])?;
+    if log::is_table(path) {
+        return Ok(());
+    }
+    Err(Error::new(ErrorKind::Inconsistent)
+        .found(format!(
+            "the path {}, which leads out of the folder and has no ending of a table",
+            path.display()
+        ))
+        .expected("a file in the folder of the recording, or a table (.csv, .parquet, …) in its data_folder")
+        .remedy(
+            "move the file into the recording's folder, or name the folder it is in: --allow-outside DIR",
+        ))
+}
+
 fn relocated(document: &Document, steps: &[Step<'_>], error: &Error) -> Error {
     let place = document.refuse(error.kind(), steps);
     let error = error.clone().file(&document.path).key(place.key_name().unwrap_or_default());

@@ -37,7 +37,7 @@ fn top(key: &str) -> Value {
         "machine" => text("Folder of the machine, or its TOML file; relative to this file."),
         "note" => text("Where the data come from; shown wherever results are."),
         "data_folder" => text(
-            "Folder that the files of the runs are relative to; the environment variable SLIDEWAY_DATA overrides it.",
+            "Folder that the files of the runs are relative to; the environment variable SLIDEWAY_DATA overrides it. A relative one may lead out of the recording's folder, then to tables only.",
         ),
         "run" => json!({
             "description": "The runs, a [[run]] each.",
