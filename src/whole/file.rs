@@ -87,10 +87,12 @@ fn clean(folder: &Path) {
             continue;
         }
         let Ok(file) = File::open(entry.path()) else { continue };
-        if file.try_lock().is_ok() {
-            // What cannot be taken away stays.
-            let _ = std::fs::remove_file(entry.path());
-        }
+        // What cannot be taken away stays.
+        let _ = match file.try_lock() {
+            Ok(()) if entry.path().is_dir() => std::fs::remove_dir_all(entry.path()),
+            Ok(()) => std::fs::remove_file(entry.path()),
+            Err(_) => Ok(()),
+        };
     }
 }
 

@@ -12,7 +12,7 @@ use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
 use slideway::error::Result;
 use slideway::machine::Machine;
-use slideway::recording::{Existing, Format, Recording, Run, Signal};
+use slideway::recording::{Existing, Format, Recording, Run, Signal, TableLayout};
 use slideway::solid::Mesh;
 use slideway::units::Motion;
 
@@ -154,6 +154,41 @@ fn exact_mutated_parquet_files_do_not_panic() {
     let folder = recorded(Format::Parquet);
     let log = folder.path().join("log");
     fuzz("a.parquet", &std::fs::read(log.join("a.parquet")).unwrap(), &log, |folder| Recording::read(folder));
+}
+
+/// Logs of other programs, as they ship with the tests.
+fn fuzz_log(name: &str, mapped: &str) {
+    let folder = tempfile::tempdir().unwrap();
+    let manifest = format!("[[run]]\nfile = \"{name}\"\n[columns]\n{mapped}");
+    std::fs::write(folder.path().join("recording.toml"), manifest).unwrap();
+    let sound =
+        std::fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/formats").join(name)).unwrap();
+    fuzz(name, &sound, folder.path(), |folder| {
+        let looked = TableLayout::of(folder.join(name));
+        Recording::read(folder).and_then(|recording| looked.map(|_| recording))
+    });
+}
+
+#[test]
+fn exact_mutated_mcap_files_do_not_panic() {
+    let folder = recorded(Format::Mcap);
+    let log = folder.path().join("log");
+    fuzz("a.mcap", &std::fs::read(log.join("a.mcap")).unwrap(), &log, |folder| Recording::read(folder));
+    let columns = "position_m = \"/joint_states/slide/position\"\ncurrent_a = { column = \"/current/data\", unit = \"mA\" }\n";
+    fuzz_log("ros2.mcap", columns);
+}
+
+#[test]
+fn exact_mutated_mat_files_do_not_panic() {
+    let columns = "time_s = \"t\"\nposition_m = \"pos\"\ncurrent_a = { column = \"cur\", unit = \"mA\" }\n";
+    for name in ["scipy_v5.mat", "scipy_v7.mat", "matlab_v73.mat"] {
+        fuzz_log(name, columns);
+    }
+}
+
+#[test]
+fn exact_mutated_scope_exports_do_not_panic() {
+    fuzz_log("twincat_scope.csv", "position_m = { column = \"func_freesample\", unit = \"mm\" }\n");
 }
 
 #[test]

@@ -70,6 +70,8 @@ fn manifests() -> Vec<Case> {
     for period in ["\"fast\"", "-1e-3", "0", "nan", "inf", "1e300", "1e-300", "[1]"] {
         cases.push(manifest(&format!("period {period}"), MANIFEST.replacen("1e-3", period, 1)));
     }
+    let outside = "data_folder = \"../../../../../../../etc\"\n[[run]]\nfile = \"passwd\"\n";
+    cases.push(manifest("a data folder of the system", outside));
     // Where the file is at fault, it is named.
     for (name, line, at_fault) in [
         ("no file", "role = \"training\"", "recording.toml"),
@@ -253,7 +255,24 @@ fn splits() -> Vec<Case> {
         set("an unknown setting", "\"controller.foo\" = 3"),
         set("a setting of a wrong kind", "\"controller.position_gain_per_s\" = \"x\""),
         set("a setting of 1e300", "\"controller.position_gain_per_s\" = 1e300"),
+        dead_reference(),
     ]
+}
+
+/// A reference that does not move, while the position does, where the loop would be closed.
+fn dead_reference() -> Case {
+    let machine = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder");
+    let quick = |rows: Vec<[f64; 5]>, told: f64| {
+        let row = |[t, reference, x, u, i]: [f64; 5]| [0.25 * t, told * reference, x, u, i];
+        text(&rows.into_iter().map(row).collect::<Vec<_>>())
+    };
+    let toml = MANIFEST.replacen("1e-3", "250e-6", 1);
+    let files = vec![
+        file("recording.toml", format!("machine = {:?}\n{toml}", machine.display().to_string())),
+        file("a.csv", quick(rows(1, 0.02), 0.0)),
+        file("b.csv", quick(rows(2, 0.03), 1.0)),
+    ];
+    Case::new("split dead reference", files, &["diagnose", "."], "a.csv")
 }
 
 fn parquets() -> Vec<Case> {
