@@ -235,7 +235,6 @@ fn read_run(
     Ok(RunEntry { index, name, file: path, role, settings, metadata, columns, extra_columns, range })
 }
 
-/// A refusal with file, line and key of the place that caused it.
 /// Refuses a file outside of the recording's folder, unless it is a table in a folder that `data_folder` names relative to it.
 ///
 /// Shipped machines and measured data lie side by side, so that a relative `data_folder` may lead out. Who is handed a
@@ -262,6 +261,7 @@ fn check_confined(path: &Path, folder: &Path, data_folder: &Path) -> Result<()> 
         ))
 }
 
+/// A refusal with file, line and key of the place that caused it.
 fn relocated(document: &Document, steps: &[Step<'_>], error: &Error) -> Error {
     let place = document.refuse(error.kind(), steps);
     let error = error.clone().file(&document.path).key(place.key_name().unwrap_or_default());
