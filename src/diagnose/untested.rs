@@ -22,13 +22,16 @@ pub struct Untested {
     pub motion: String,
 }
 
-/// Share of the joint's range and speed that a motion is told to use.
+// These numbers word a suggestion; no verdict depends on them.
+/// Share of the joint's range and speed that a motion is told to use: away from the end stops.
 const USED: f64 = 0.9;
 /// A motion that goes less than this many times further tests nothing new.
 const FURTHER: f64 = 1.1;
-/// A speed is held where it changes from sample to sample by no more than this share of the largest.
+/// Where a joint has no end, a motion is told to go this many times as far: three of the pitches that just did not fit.
+const FARTHER: f64 = 3.0;
+/// A speed is held where it changes from sample to sample by no more than this share of the largest: rounding of the log.
 const HELD: f64 = 1e-6;
-/// A slower motion is told to be this share of the slowest.
+/// A slower motion is told to be this share of the slowest: a decade, as friction curves are recorded.
 const SLOWER: f64 = 0.1;
 
 /// What these runs of a machine could not test of a catalogue.
@@ -94,9 +97,9 @@ impl Extent {
     fn pitch(&self, machine: &Machine, effects: Vec<String>) -> Option<Untested> {
         let joint = &machine.solid().joint;
         let motion = machine.motion();
-        let unit = length(motion);
+        let unit = Signal::Position.si_unit(motion);
         let reach = USED * (joint.upper - joint.lower);
-        let wanted = if reach.is_finite() { reach } else { 3.0 * self.travel };
+        let wanted = if reach.is_finite() { reach } else { FARTHER * self.travel };
         let is_whole_turn = motion == Motion::Revolute && self.travel >= std::f64::consts::TAU;
         (self.travel > 0.0 && !is_whole_turn && wanted > FURTHER * self.travel).then(|| Untested {
             effects,
@@ -108,7 +111,7 @@ impl Extent {
     }
 
     fn slow(&self, machine: &Machine, effects: Vec<String>) -> Option<Untested> {
-        let unit = rate(machine.motion());
+        let unit = Signal::Velocity.si_unit(machine.motion());
         self.slowest.map(|slowest| Untested {
             effects,
             beyond: "speed below".to_owned(),
@@ -119,7 +122,7 @@ impl Extent {
     }
 
     fn fast(&self, machine: &Machine, effects: Vec<String>) -> Option<Untested> {
-        let unit = rate(machine.motion());
+        let unit = Signal::Velocity.si_unit(machine.motion());
         let wanted = USED * machine.solid().joint.velocity;
         let is_faster = wanted.is_finite() && self.fastest > 0.0 && wanted > FURTHER * self.fastest;
         is_faster.then(|| Untested {
@@ -130,14 +133,6 @@ impl Extent {
             motion: format!("Record a stroke at {}.", engineering(wanted, unit)),
         })
     }
-}
-
-fn length(motion: Motion) -> &'static str {
-    if motion == Motion::Prismatic { "m" } else { "rad" }
-}
-
-fn rate(motion: Motion) -> &'static str {
-    if motion == Motion::Prismatic { "m/s" } else { "rad/s" }
 }
 
 #[cfg(test)]

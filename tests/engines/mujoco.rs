@@ -2,6 +2,7 @@
 #![cfg(feature = "mujoco")]
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
+use crate::support;
 use std::f64::consts::TAU;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -55,20 +56,12 @@ impl Own {
     fn new(urdf: &str, parts: &str) -> Self {
         let own = Self { folder: TempDir::new().unwrap() };
         own.write("machine.urdf", urdf.as_bytes());
-        let mut toml = format!(
+        let toml = format!(
             "name = \"axis\"\nurdf = \"machine.urdf\"\njoint = \"axis\"\nsample_period_s = 250e-6\n\
              [motor]\nkind = \"direct\"\nforce_n_per_v = 1.0\n\
              [encoder]\nresolution_m = 0.0\nnoise_m = 0.0\nvelocity = {{ kind = \"taps\", taps = [1.0, -1.0] }}\n{parts}"
         );
-        if !urdf.contains("prismatic") {
-            for (sliding, turning) in [
-                ("force_n_per_v", "torque_nm_per_v"),
-                ("resolution_m", "resolution_rad"),
-                ("noise_m", "noise_rad"),
-            ] {
-                toml = toml.replace(sliding, turning);
-            }
-        }
+        let toml = support::keys_for(urdf, &toml);
         own.write("machine.toml", toml.as_bytes());
         own
     }

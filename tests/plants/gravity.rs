@@ -5,7 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fs;
 use std::path::Path;
 
-use crate::support::strokes::Strokes;
+use crate::support::{self, strokes::Strokes};
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
 use slideway::diagnose::{Options, Verdict, diagnose};
@@ -68,16 +68,8 @@ const DIRECT: &str = "sample_period_s = 250e-6\n[motor]\nkind = \"direct\"\nforc
 fn read(urdf: &str, parts: &str) -> Machine {
     let folder = TempDir::new().unwrap();
     fs::write(folder.path().join("machine.urdf"), urdf).unwrap();
-    let mut toml = format!("name = \"axis\"\nurdf = \"machine.urdf\"\njoint = \"axis\"\n{parts}");
-    if !urdf.contains("prismatic") {
-        for (sliding, turning) in [
-            ("force_n_per_v", "torque_nm_per_v"),
-            ("resolution_m", "resolution_rad"),
-            ("noise_m", "noise_rad"),
-        ] {
-            toml = toml.replace(sliding, turning);
-        }
-    }
+    let toml = format!("name = \"axis\"\nurdf = \"machine.urdf\"\njoint = \"axis\"\n{parts}");
+    let toml = support::keys_for(urdf, &toml);
     fs::write(folder.path().join("machine.toml"), toml).unwrap();
     Machine::read(folder.path()).unwrap()
 }

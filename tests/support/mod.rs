@@ -54,6 +54,16 @@ pub fn data(file: &str) -> Found<PathBuf> {
     Err(format!("no measured data {file} in {place}; set SLIDEWAY_DATA to the folder that holds them"))
 }
 
+/// A machine file that is written for a sliding joint, with the keys that the joint of this URDF has.
+pub fn keys_for(urdf: &str, toml: &str) -> String {
+    if urdf.contains("prismatic") {
+        return toml.to_owned();
+    }
+    let keys =
+        [("force_n_per_v", "torque_nm_per_v"), ("resolution_m", "resolution_rad"), ("noise_m", "noise_rad")];
+    keys.iter().fold(toml.to_owned(), |text, (sliding, turning)| text.replace(sliding, turning))
+}
+
 /// Python with these packages, as `import` lists them.
 pub fn python(packages: &str) -> Found<Command> {
     let import = Command::new("python3").args(["-c", &format!("import {packages}")]).output();
