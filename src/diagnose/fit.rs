@@ -65,8 +65,14 @@ const MOST_ITERATIONS: usize = 60;
 /// Damping of the first step: small, since what is new in a hypothesis and what is calibrated beside it often compensate
 /// each other almost wholly (drag and back-EMF), and a damped step does not leave such a valley's wall.
 const FIRST_DAMPING: f64 = 1e-6;
-/// Damping below which a step is that of Gauss and Newton.
-const LEAST_DAMPING: f64 = 1e-9;
+/// Damping below which a step is that of Gauss and Newton, also along a valley in which numbers compensate each other to 10⁻⁶ and
+/// the tolerances alone tell them apart.
+const LEAST_DAMPING: f64 = 1e-14;
+/// Damping beyond which no step falls.
+const MOST_DAMPING: f64 = 100.0;
+/// What a step that falls makes of the damping, and one that does not.
+const LESS_DAMPING: f64 = 0.1;
+const MORE_DAMPING: f64 = 20.0;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
 const ROUGH_ITERATIONS: usize = 8;
 /// Relative fall of the sum of squares below which a rough fit has arrived.
@@ -226,18 +232,16 @@ fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Ar
         let cost = objective.cost(&residuals, &weights, &values);
         let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
-        let held: Vec<bool> = (0..free.len())
-            .map(|k| {
-                let (low, high) = free[k].range;
-                free[k].held
-                    || (values[k] <= low && gradient[k] > 0.0)
-                    || (values[k] >= high && gradient[k] < 0.0)
-            })
-            .collect();
+        let held = held_numbers(free, &values, &normal, &gradient);
+        let whole = bounded_step(free, &values, (&normal, &gradient), &held, LEAST_DAMPING);
+        let fall = whole.map(|moved| predicted_fall(free, &values, &moved, (&normal, &gradient)));
+        if fall.is_some_and(|fall| fall <= care.arrived() * cost) {
+            break;
+        }
         let mut improved = false;
-        while damping < 1e9 {
+        while damping < MOST_DAMPING {
             let Some(moved) = bounded_step(free, &values, (&normal, &gradient), &held, damping) else {
-                damping *= 10.0;
+                damping *= MORE_DAMPING;
                 continue;
             };
             if moved == values {
@@ -253,16 +257,54 @@ fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Ar
                 let arrived = fall <= care.arrived();
                 let damped = damping > LEAST_DAMPING && matches!(care, Care::Thorough);
                 improved = !arrived || damped;
-                damping = if arrived { LEAST_DAMPING } else { (damping * 0.2).max(LEAST_DAMPING) };
+                damping = if arrived { LEAST_DAMPING } else { (damping * LESS_DAMPING).max(LEAST_DAMPING) };
                 break;
             }
-            damping *= 4.0;
+            damping *= MORE_DAMPING;
         }
         if !improved {
             break;
         }
     }
     Ok(Arrived { values, residuals })
+}
+
+/// Fall of the cost that the linear model predicts for a move, twice the Newton decrement for a whole step.
+fn predicted_fall(
+    free: &[Free],
+    values: &[f64],
+    moved: &[f64],
+    (normal, gradient): (&DMatrix<f64>, &DVector<f64>),
+) -> f64 {
+    let step = DVector::from_fn(free.len(), |k, _| (moved[k] - values[k]) / free[k].scale);
+    -2.0 * gradient.dot(&step) - step.dot(&(normal * &step))
+}
+
+/// Numbers that stay where they are: those that a hypothesis holds, and those on an edge of their range that would go beyond it
+/// when all others have made the best of their place (the multiplier of the bound has the sign of one that binds).
+///
+/// # Source
+/// Nocedal, Wright, *Numerical Optimization*, 2nd ed. (2006), section 16.5.
+fn held_numbers(free: &[Free], values: &[f64], normal: &DMatrix<f64>, gradient: &DVector<f64>) -> Vec<bool> {
+    // Into the range: up from the lower edge, down from the upper.
+    let inward = |k: usize| match free[k].range {
+        _ if free[k].held => None,
+        (low, _) if values[k] <= low => Some(1.0),
+        (_, high) if values[k] >= high => Some(-1.0),
+        _ => None,
+    };
+    let mut held: Vec<bool> = (0..free.len()).map(|k| free[k].held || inward(k).is_some()).collect();
+    loop {
+        let fixed: Vec<Option<f64>> = held.iter().map(|held| held.then_some(0.0)).collect();
+        let Some(step) = damped_step(normal, gradient, &fixed, LEAST_DAMPING) else { return held };
+        let slope = gradient + normal * step;
+        let fall = |k: usize| Some(-inward(k)? * slope[k] / normal[(k, k)].max(f64::MIN_POSITIVE).sqrt());
+        let falls = (0..free.len()).filter(|&k| held[k]).filter_map(|k| Some((k, fall(k)?)));
+        match falls.filter(|(_, fall)| *fall > 0.0).max_by(|a, b| a.1.total_cmp(&b.1)) {
+            Some((k, _)) => held[k] = false,
+            None => return held,
+        }
+    }
 }
 
 /// Values after a damped step: numbers that it would take out of their range go to its edge, and the others make the

@@ -10,8 +10,9 @@ use crate::recording::Signal;
 use nalgebra::{DMatrix, DVector};
 use std::collections::BTreeMap;
 
-/// Finite-difference step in units of a number's scale: far above rounding, far below curvature.
-const DIFFERENCE: f64 = 1e-4;
+/// Finite-difference step in units of a number's scale. Numbers that compensate each other leave a change that is 10⁻⁴ to 10⁻⁶ of
+/// what each makes alone, and the curvature of the step must stay below that; rounding is below 10⁻⁸ still.
+const DIFFERENCE: f64 = 1e-6;
 
 /// Residuals beyond this many σ weigh as this many: keeps a diverging candidate finite.
 const LARGEST: f64 = 1e9;
