@@ -7,6 +7,7 @@ mod crosscheck;
 mod diagnose;
 mod effects;
 mod identify;
+mod init;
 mod inspect;
 mod kinds;
 mod ladder;
@@ -64,6 +65,8 @@ pub struct Arguments {
 enum Command {
     /// Say where a recording and the machine's twin disagree, and why
     Diagnose(diagnose::Diagnose),
+    /// Begin with a log of your own axis: estimate what it tells, write a recording and a machine
+    Init(init::Init),
     /// Replay strokes, or a recording, through a machine's twin
     Replay(replay::Replay),
     /// Identify a sampled transfer function, from a machine's solid model or from a recording
@@ -201,6 +204,7 @@ fn shown(out: &[u8]) -> Vec<u8> {
 fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure> {
     match command {
         Command::Diagnose(diagnose) => diagnose.run(screen),
+        Command::Init(init) => init.run(screen),
         Command::Replay(replay) => replay.run(screen),
         Command::Identify(identify) => identify.run(screen),
         Command::Crosscheck(crosscheck) => crosscheck.run(screen),
