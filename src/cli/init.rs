@@ -8,6 +8,7 @@ use clap::Args;
 use slideway::error::{Error, ErrorKind};
 use slideway::init::{Draft, Item, Logs, Mark, Sheet, check_place, findings, write as write_draft};
 use slideway::recording::{LogContext, MappedColumn, Recording};
+use slideway::report::wrap;
 use slideway::solid::{Movable, Solid, movable_joints};
 use slideway::units::Motion;
 
@@ -304,7 +305,7 @@ impl Init {
                 true => (String::new(), format!("{text}; {}", item.words)),
                 false => (text, item.words.clone()),
             };
-            let mut lines = folded(&words, room).into_iter();
+            let mut lines = wrap(&words, room).into_iter();
             table.cells(vec![
                 name(item),
                 text,
@@ -314,7 +315,9 @@ impl Init {
             lines.for_each(|line| table.cells(vec![String::new(), String::new(), String::new(), line]));
         }
         table.write(out)?;
-        writeln!(out)?;
+        if !draft.notes.is_empty() {
+            writeln!(out)?;
+        }
         for note in &draft.notes {
             wrapped(out, "note     ", note)?;
         }
@@ -338,29 +341,10 @@ impl Init {
     }
 }
 
-/// Words in lines of at most so many characters.
-fn folded(text: &str, width: usize) -> Vec<String> {
-    let mut lines = vec![String::new()];
-    for word in text.split_whitespace() {
-        let fits = lines
-            .last()
-            .is_some_and(|line| line.is_empty() || line.chars().count() + 1 + word.chars().count() <= width);
-        match lines.last_mut().filter(|_| fits) {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            None => lines.push(word.to_owned()),
-        }
-    }
-    lines
-}
-
 /// A paragraph with something before its first line.
 fn wrapped(out: &mut Vec<u8>, before: &str, text: &str) -> std::io::Result<()> {
     let indent = before.chars().count();
-    for (k, line) in folded(text, style().width.saturating_sub(indent).max(24)).iter().enumerate() {
+    for (k, line) in wrap(text, style().width.saturating_sub(indent).max(24)).iter().enumerate() {
         let margin = if k == 0 { before.to_owned() } else { " ".repeat(indent) };
         writeln!(out, "{margin}{line}")?;
     }

@@ -13,7 +13,7 @@ const WIDTHS: [usize; 17] = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256,
 /// Noise may make up this share of the variance of the acceleration at most: it would pull the mass down by as much.
 const MOST_NOISE: f64 = 1e-4;
 /// A window may be as wide as leaves this share of the variance that the narrowest one shows.
-const LEAST_LEFT: f64 = 0.6;
+const LEAST_LEFT: f64 = 0.8;
 /// Below this share of the highest speed the direction of dry friction is not sure.
 const LEAST_SPEED: f64 = 0.03;
 /// Rows in one half width of the window.
@@ -147,7 +147,7 @@ fn spread(runs: &[Run], width: usize, period_s: f64) -> f64 {
 
 fn rows(runs: &[Run], driver: Signal, width: usize, delay: usize) -> Rows {
     let mut rows = Rows { columns: Vec::new(), targets: Vec::new(), lengths: Vec::new() };
-    let fastest = runs.iter().map(|run| fastest(run, width)).fold(0.0, f64::max);
+    let fastest = runs.iter().map(|run| fastest(run, WIDTHS[0])).fold(0.0, f64::max);
     for run in runs {
         let before = rows.targets.len();
         let (Some(position), Some(channel)) = (run.signal(Signal::Position), run.signal(driver)) else {
@@ -157,12 +157,13 @@ fn rows(runs: &[Run], driver: Signal, width: usize, delay: usize) -> Rows {
         let is_held = driver == Signal::ControlEffort;
         let span = width as f64 * run.sample_period_s();
         let from = width + delay;
+        let slides = Sliding::of(position, LEAST_SPEED * fastest * run.sample_period_s());
         for k in (from..position.len().saturating_sub(width)).step_by(width.div_ceil(ROWS_A_WIDTH)) {
-            let ahead = (position[k + width] - position[k]) / span;
-            let behind = (position[k] - position[k - width]) / span;
-            if ahead * behind <= 0.0 || ahead.abs().min(behind.abs()) < LEAST_SPEED * fastest {
+            if !slides.all(k - width..k + width + 1) {
                 continue;
             }
+            let ahead = (position[k + width] - position[k]) / span;
+            let behind = (position[k] - position[k - width]) / span;
             let side = |from: usize| mean(&position[from..=from + width]);
             let velocity = (side(k) - side(k - width)) / span;
             rows.columns.push([(ahead - behind) / span, velocity, velocity.signum(), 1.0]);
@@ -175,6 +176,35 @@ fn rows(runs: &[Run], driver: Signal, width: usize, delay: usize) -> Rows {
         rows.lengths.push(rows.targets.len() - before);
     }
     rows
+}
+
+/// Where the axis slides in one direction.
+struct Sliding {
+    /// Sample at which the stretch of one direction that holds this sample ends; none where the axis is slow.
+    until: Vec<Option<usize>>,
+}
+
+impl Sliding {
+    /// `least` is the way in one period below which it is slow.
+    fn of(position: &[f64], least: f64) -> Self {
+        let half = WIDTHS[0];
+        let way = |k: usize| {
+            let (from, to) = (k.saturating_sub(half), (k + half).min(position.len() - 1));
+            let way = (position[to] - position[from]) / (to - from).max(1) as f64;
+            if way.abs() < least { 0.0 } else { way.signum() }
+        };
+        let ways: Vec<f64> = (0..position.len()).map(way).collect();
+        let mut until: Vec<Option<usize>> = vec![None; ways.len()];
+        for k in (0..ways.len()).rev() {
+            let goes_on = until.get(k + 1).copied().flatten().filter(|_| ways[k] == ways[k + 1]);
+            until[k] = (ways[k] != 0.0).then(|| goes_on.unwrap_or(k));
+        }
+        Self { until }
+    }
+
+    fn all(&self, samples: std::ops::Range<usize>) -> bool {
+        self.until[samples.start].is_some_and(|until| until + 1 >= samples.end)
+    }
 }
 
 fn fastest(run: &Run, width: usize) -> f64 {

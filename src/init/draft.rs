@@ -155,7 +155,7 @@ impl Draft {
         if solid.is_none()
             && let Some((mass, _, words)) = &drive.mass
         {
-            let words = format!("Moving {} {}: {words}.", toml_number(*mass), names.mass_unit);
+            let words = format!("Moving {} {}: {words}.", digits(*mass, 1e-5 * mass), names.mass_unit);
             draft.urdf = Some(urdf::one_body(recording.motion(), *mass, stroke, &words));
         }
         draft
@@ -393,7 +393,7 @@ impl Draft {
                     write!(text, "\n[{table}]\n")
                 };
             }
-            let unit = if item.unit.is_empty() { String::new() } else { format!(" {}", item.unit) };
+            let unit = if item.unit.is_empty() { String::new() } else { format!(", in {}", item.unit) };
             let (mark, words) = (item.mark.word(), &item.words);
             let _ = match &item.value {
                 Some(value) if words.is_empty() => writeln!(text, "{} = {value}  # {mark}", item.key),

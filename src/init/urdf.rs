@@ -27,6 +27,8 @@ pub fn one_body(motion: Motion, mass: f64, stroke: Option<[f64; 2]>, words: &str
         (Motion::Revolute, None) => ("continuous", String::new()),
         (Motion::Prismatic, None) => (kind, String::new()),
     };
+    // A comment of XML has no two dashes in a row.
+    let words = words.replace("--", "flag ");
     format!(
         "<?xml version=\"1.0\"?>\n\
          <!-- One body on one joint, written by `slideway init`. {words}\n     \

@@ -55,7 +55,12 @@ struct Solved {
 pub fn winding(runs: &[Run]) -> Option<FoundWinding> {
     let period_s = runs.first()?.sample_period_s();
     let solved: Vec<Solved> = (0..=MOST_DELAY).map_while(|delay| solve(runs, delay)).collect();
-    let costs: Vec<f64> = solved.iter().map(|s| s.left).collect();
+    // One step of a slow circuit hardly tells which effort it was; a whole run does.
+    let costs: Vec<f64> = solved
+        .iter()
+        .enumerate()
+        .map(|(delay, s)| simulated(runs, &s.theta, delay).unwrap_or(f64::INFINITY))
+        .collect();
     let best = costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map(|(k, _)| k)?;
     let Solved { theta, covariance, left } = &solved[best];
     let constants = |theta: &Vector4<f64>| -> [f64; 3] {
@@ -86,6 +91,23 @@ pub fn winding(runs: &[Run]) -> Option<FoundWinding> {
         delay: vertex(&costs, best, period_s),
         explained: 1.0 - left,
     })
+}
+
+/// Mean square by which the circuit's current, computed from effort and motion alone, is off.
+fn simulated(runs: &[Run], theta: &Vector4<f64>, delay: usize) -> Option<f64> {
+    let (mut sum, mut count) = (0.0, 0.0_f64);
+    for run in runs {
+        let current = run.signal(Signal::Current)?;
+        let (effort, position) = (run.signal(Signal::ControlEffort)?, run.signal(Signal::Position)?);
+        let mut own = *current.get(MOST_DELAY)?;
+        for k in MOST_DELAY..current.len().saturating_sub(1) {
+            let velocity = (position[k + 1] - position[k]) / run.sample_period_s();
+            own = theta.dot(&Vector4::new(own, effort[k - delay], velocity, 1.0));
+            sum += (current[k + 1] - own).powi(2);
+            count += 1.0;
+        }
+    }
+    Some(sum / count.max(1.0)).filter(|mean| mean.is_finite())
 }
 
 fn solve(runs: &[Run], delay: usize) -> Option<Solved> {

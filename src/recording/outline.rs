@@ -43,7 +43,7 @@ pub(super) fn text(manifest: &Manifest, machine: &str) -> String {
     if let Some(columns) = first.filter(|columns| is_one && !columns.is_empty()) {
         let _ =
             writeln!(text, "# Signal = column and unit of the file; other columns are not read.\n[columns]");
-        columns.iter().for_each(|line| drop(writeln!(text, "{line}")));
+        columns.iter().for_each(|line| text += &format!("{line}\n"));
     }
     text
 }
