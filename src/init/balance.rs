@@ -13,7 +13,7 @@ const WIDTHS: [usize; 17] = [4, 6, 8, 12, 16, 24, 32, 48, 64, 96, 128, 192, 256,
 /// Noise may make up this share of the variance of the acceleration at most: it would pull the mass down by as much.
 const MOST_NOISE: f64 = 1e-4;
 /// A window may be as wide as leaves this share of the variance that the narrowest one shows.
-const LEAST_LEFT: f64 = 0.8;
+const LEAST_LEFT: f64 = 0.9;
 /// Below this share of the highest speed the direction of dry friction is not sure.
 const LEAST_SPEED: f64 = 0.03;
 /// Rows in one half width of the window.

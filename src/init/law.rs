@@ -22,8 +22,15 @@ const LEAST_EXPLAINED: f64 = 0.9;
 const BETTER: f64 = 0.7;
 /// The logged velocity is what the law used where it leaves less than this share of what any estimate leaves.
 const LOGGED_BETTER: f64 = 0.7;
+/// An integral part holds the effort before but for this share: less is no integral.
+const HOLDS: f64 = 5e-3;
 /// A reference may act so many samples late.
 const MOST_DELAY: usize = 6;
+/// Smoothings that are looked at more closely, and the steps of that.
+const FEW: usize = 4;
+const ROUGH_STEPS: usize = 10;
+/// Steps to the last digit of a smoothing, each of which leaves 0.618 of the range.
+const STEPS: usize = 36;
 const REMEDY: &str = "record strokes that accelerate and reverse, at several feeds";
 
 /// The laws that are tried, those with fewer gains first.
@@ -168,28 +175,38 @@ impl<'a> Search<'a> {
 
     /// The velocity and the delay of the reference with which a form leaves least.
     fn choose(&self, form: Form) -> Option<(Source, usize)> {
-        let cost = |source: &Source, delay: usize| self.linear(form, source, delay).map(|(cost, _)| cost);
-        let estimates = if form == Form::P {
-            vec![VelocityEstimate::SmoothedDifference { time_constant_s: 0.0 }]
-        } else {
-            candidates(self.period_s)
+        let cost = |estimate: &VelocityEstimate, delay: usize| {
+            let source = Source::Estimate(estimate.clone());
+            self.linear(form, &source, delay).map_or(f64::INFINITY, |(cost, _)| cost)
         };
+        let plain = VelocityEstimate::SmoothedDifference { time_constant_s: 0.0 };
+        let is_used = form != Form::P;
+        let estimates = if is_used { candidates(self.period_s) } else { vec![plain] };
         let tried =
             estimates.iter().flat_map(|estimate| (0..=MOST_DELAY).map(move |delay| (estimate, delay)));
-        let costs = tried.filter_map(|(estimate, delay)| {
-            Some((cost(&Source::Estimate(estimate.clone()), delay)?, estimate, delay))
-        });
-        let (_, first, delay) = costs.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        let of = |estimate: &VelocityEstimate| {
-            cost(&Source::Estimate(estimate.clone()), delay).unwrap_or(f64::INFINITY)
-        };
-        let estimate = if form == Form::P { first.clone() } else { refined(first, of) };
-        if self.runs.iter().all(|run| run.velocity.is_some()) && form != Form::P {
-            let logged = (0..=MOST_DELAY).filter_map(|delay| Some((cost(&Source::Logged, delay)?, delay)));
-            if let Some((least, delay)) = logged.min_by(|a, b| a.0.total_cmp(&b.0))
-                && least < LOGGED_BETTER.powi(2) * of(&estimate)
+        let mut costs: Vec<(f64, VelocityEstimate, usize)> =
+            tried.map(|(estimate, delay)| (cost(estimate, delay), estimate.clone(), delay)).collect();
+        costs.sort_by(|a, b| a.0.total_cmp(&b.0));
+        // A smoothing off the grid passes for a delay: the best few are looked at more closely.
+        let is_smoothed =
+            |(_, estimate, _): &&(f64, VelocityEstimate, usize)| estimate.time_constant_s() > 0.0;
+        let few: Vec<_> = costs.iter().filter(is_smoothed).take(FEW).cloned().collect();
+        costs.truncate(1);
+        costs.extend(few.into_iter().map(|(_, first, delay)| {
+            let near = refined(&first, ROUGH_STEPS, |estimate| cost(estimate, delay));
+            (cost(&near, delay), near, delay)
+        }));
+        let (least, first, delay) = costs.into_iter().min_by(|a, b| a.0.total_cmp(&b.0))?;
+        if !least.is_finite() {
+            return None;
+        }
+        let estimate = refined(&first, STEPS, |estimate| cost(estimate, delay));
+        if is_used && self.runs.iter().all(|run| run.velocity.is_some()) {
+            let of = |delay: usize| Some((self.linear(form, &Source::Logged, delay)?.0, delay));
+            if let Some((least, at)) = (0..=MOST_DELAY).filter_map(of).min_by(|a, b| a.0.total_cmp(&b.0))
+                && least < LOGGED_BETTER.powi(2) * cost(&estimate, delay)
             {
-                return Some((Source::Logged, delay));
+                return Some((Source::Logged, at));
             }
         }
         Some((Source::Estimate(estimate), delay))
@@ -209,7 +226,7 @@ impl<'a> Search<'a> {
         let all = candidates(self.period_s);
         let first = all.iter().min_by(|a, b| cost(a).total_cmp(&cost(b)));
         first.map_or(VelocityEstimate::SmoothedDifference { time_constant_s: 0.0 }, |first| {
-            refined(first, cost)
+            refined(first, STEPS, cost)
         })
     }
 
@@ -269,7 +286,9 @@ impl<'a> Search<'a> {
             };
             let values: Vec<f64> = gains.gains.iter().map(|gain| gain.estimate.value).collect();
             let controller = start.with_unknown_gains(form.unknown(), &values);
-            let is_sound = form.is_sound(&controller) && gains.residual_sd_v.is_finite();
+            let holds = gains.integrates_as_stated()
+                || gains.previous_effort.is_none_or(|rho| (rho.value - 1.0).abs() < HOLDS);
+            let is_sound = holds && form.is_sound(&controller) && gains.residual_sd_v.is_finite();
             if is_sound && best.as_ref().is_none_or(|before| gains.residual_sd_v < before.gains.residual_sd_v)
             {
                 let (velocity, is_logged) = match source {

@@ -4,8 +4,6 @@ use crate::sensor::{VelocityEstimate, VelocityMemory};
 
 /// Time constants that are tried, in sample periods, before the best of them is refined.
 const TIME_CONSTANTS: [f64; 7] = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0];
-/// Steps of the refinement, each of which leaves 0.618 of the range.
-const STEPS: usize = 20;
 /// Time constants after which an estimate has forgotten how it began.
 const FORGOTTEN: f64 = 12.0;
 
@@ -24,7 +22,11 @@ pub fn candidates(period_s: f64) -> Vec<VelocityEstimate> {
 }
 
 /// The smoothing near a first one at which the cost is least, by golden section over its logarithm.
-pub fn refined(first: &VelocityEstimate, cost: impl Fn(&VelocityEstimate) -> f64) -> VelocityEstimate {
+pub fn refined(
+    first: &VelocityEstimate,
+    steps: usize,
+    cost: impl Fn(&VelocityEstimate) -> f64,
+) -> VelocityEstimate {
     let VelocityEstimate::SmoothedDifference { time_constant_s } = first else { return first.clone() };
     if *time_constant_s <= 0.0 {
         return first.clone();
@@ -34,7 +36,7 @@ pub fn refined(first: &VelocityEstimate, cost: impl Fn(&VelocityEstimate) -> f64
     let (mut low, mut high) = (-std::f64::consts::LN_2, std::f64::consts::LN_2);
     let [mut a, mut b] = [high - golden * (high - low), low + golden * (high - low)];
     let [mut cost_a, mut cost_b] = [cost(&at(a)), cost(&at(b))];
-    for _ in 0..STEPS {
+    for _ in 0..steps {
         if cost_a < cost_b {
             (high, b, cost_b) = (b, a, cost_a);
             a = high - golden * (high - low);
