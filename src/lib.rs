@@ -24,13 +24,14 @@
 //!  twin: one period of this walk                   replay: the walk for a whole run
 //!
 //!  recording ──► identify      models from data alone: ARX, frequency response
+//!  recording ──► init          a first machine file: what the log tells, what it cannot tell
 //!  recording ──► diagnose ──►  report        twin and recording compared: where, why, how much
 //!  machine ──► tune            gains of the controller swept, optimised and re-checked
 //!  machine ──► trial           the diagnosis checked on machines whose effect is withheld
 //! ```
 //!
 //! Modules import in one direction: [`error`], [`confine`], [`whole`], [`units`], [`recording`], [`identify`], [`solid`],
-//! [`controller`], [`drive`], [`sensor`], [`base`], [`guide`], [`effect`], [`machine`], [`plant`], [`twin`],
+//! [`controller`], [`drive`], [`sensor`], [`base`], [`guide`], [`effect`], [`machine`], [`init`], [`plant`], [`twin`],
 //! [`replay`], [`tune`], [`diagnose`], [`trial`], [`report`], then the command line, which belongs to the binary.
 //!
 //! # Where something new goes
@@ -65,6 +66,7 @@ pub mod effect;
 pub mod error;
 pub mod guide;
 pub mod identify;
+pub mod init;
 pub mod machine;
 pub mod plant;
 pub mod recording;

@@ -50,7 +50,7 @@ impl CrosscheckCommand {
         let outcome = outcome?;
         write!(screen.out, "{}", crosscheck(&outcome, &machine, style()))?;
         if self.pictures.are_wanted() {
-            self.pictures.write(&html::crosschecked(&outcome, &machine, &command_line()))?;
+            self.pictures.write(&html::crosschecked(&outcome, &machine, &command_line()), screen)?;
         }
         Ok(if outcome.is_within() { ExitCode::SUCCESS } else { ExitCode::from(EXCEEDED) })
     }

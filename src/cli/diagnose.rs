@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
-use slideway::diagnose::{Diagnosis, MOST_SAMPLES, Options, Verdict, compare, diagnose, improved};
+use slideway::diagnose::{Diagnosis, MOST_SAMPLES, Options, Progress, Verdict, compare, diagnose, improved};
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
@@ -19,7 +19,7 @@ use super::effects::{Named, named};
 use super::output::{Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
 use super::subject::{check_motion, machine_of, read};
-use super::{Failure, Screen, style};
+use super::{Failure, Screen, advance, style};
 
 /// Exit code with `--exit-code` when there is a gap, as `diff` has it.
 const GAP_FOUND: u8 = 1;
@@ -118,15 +118,22 @@ impl Diagnose {
                 stdout.write_all(json(&diagnosis)?.as_bytes())?;
                 stdout.flush()?;
             }
-            Destination::File(path) => write(path, &json(&diagnosis)?)?,
+            Destination::File(path) => {
+                write(path, &json(&diagnosis)?)?;
+                screen.written.push(path.to_owned());
+            }
             Destination::Nowhere => {}
         }
         if let Some(path) = &self.figure {
             write(path, &svg(&diagnosis, &sentence(&diagnosis, machine.motion())))?;
+            screen.written.push(path.clone());
         }
         self.draw(&machine, &recording, &diagnosis, screen)?;
         let written = self.write_improved(&diagnosis, &machine)?;
-        if !matches!(destination, Destination::Stdout) {
+        if matches!(destination, Destination::Stdout) {
+            // The JSON stands alone.
+            screen.written.clear();
+        } else {
             write!(screen.out, "{}{written}", terminal(&diagnosis, machine.motion(), style()))?;
         }
         let is_gap = diagnosis.verdict != Verdict::NoGap;
@@ -139,7 +146,7 @@ impl Diagnose {
         machine: &Machine,
         recording: &Recording,
         diagnosis: &Diagnosis,
-        screen: &Screen,
+        screen: &mut Screen,
     ) -> Result<(), Error> {
         if !self.pictures.are_wanted() {
             return Ok(());
@@ -147,7 +154,7 @@ impl Diagnose {
         let spinner = screen.spinner("drawing the report");
         let material = Material::of(machine, recording, diagnosis);
         spinner.finish_and_clear();
-        self.pictures.write(&html::diagnosis(diagnosis, machine, &material?, &command_line()))
+        self.pictures.write(&html::diagnosis(diagnosis, machine, &material?, &command_line()), screen)
     }
 
     fn existing(&self) -> Existing {
@@ -193,17 +200,14 @@ impl Diagnose {
         let is_struck = |effect: &EffectId| self.without.iter().any(|struck| struck.holds(*effect));
         let catalogue: Vec<EffectId> =
             EffectId::ALL.iter().copied().filter(|effect| !is_struck(effect)).collect();
-        let spinner = screen.spinner("fitting hypotheses");
-        let progress = |hypothesis: &str| {
-            spinner.inc(1);
-            spinner.set_message(hypothesis.to_owned());
-        };
+        let bar = screen.hypotheses();
+        let progress = |progress: Progress| advance(&bar, progress);
         let options = Options { catalogue: &catalogue, progress: &progress, most_samples: self.most_samples };
         let ended = match reference {
             Some(reference) => compare(machine, reference, recording, &options),
             None => diagnose(machine, recording, &options),
         };
-        spinner.finish_and_clear();
+        bar.finish_and_clear();
         ended.map_err(|error| error.file(&recording.path))
     }
 }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use slideway::diagnose::{Options, diagnose};
+use slideway::diagnose::{Options, Progress, diagnose};
 use slideway::error::Error;
 use slideway::machine::Machine;
 use slideway::recording::Recording;
@@ -15,7 +15,7 @@ use slideway::report::{html, ladder, sentence};
 use super::output::{Pictures, command_line};
 use super::setting::{Setting, set};
 use super::subject::{machine_of, runs_of};
-use super::{Failure, Screen, style};
+use super::{Failure, Screen, advance, style};
 
 /// Replays a recording's references with nothing fed forward, then inertia, viscous and Coulomb friction (and weight, where the
 /// machine has any) one after the other, with the machine's own numbers, and shows what the feedback is left to command;
@@ -60,7 +60,7 @@ impl LadderCommand {
         }
         write!(screen.out, "{}", sheet.text(style()))?;
         if self.pictures.are_wanted() {
-            self.pictures.write(&html::sheet(&sheet, &command_line()))?;
+            self.pictures.write(&html::sheet(&sheet, &command_line()), screen)?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -69,13 +69,10 @@ impl LadderCommand {
     fn diagnosed(&self, machine: Machine, screen: &Screen) -> Result<(Machine, Option<String>), Error> {
         let Some(path) = &self.diagnose else { return Ok((machine, None)) };
         let recording = Recording::read(path)?;
-        let spinner = screen.spinner("fitting hypotheses");
-        let progress = |hypothesis: &str| {
-            spinner.inc(1);
-            spinner.set_message(hypothesis.to_owned());
-        };
+        let bar = screen.hypotheses();
+        let progress = |progress: Progress| advance(&bar, progress);
         let found = diagnose(&machine, &recording, &Options { progress: &progress, ..Options::default() });
-        spinner.finish_and_clear();
+        bar.finish_and_clear();
         let found = found?;
         let said = format!("{}, diagnosed: {}", recording.path.display(), sentence(&found, machine.motion()));
         Ok((found.improved(&machine)?, Some(said)))

@@ -7,6 +7,7 @@ mod crosscheck;
 mod diagnose;
 mod effects;
 mod identify;
+mod init;
 mod inspect;
 mod kinds;
 mod ladder;
@@ -30,6 +31,7 @@ use std::time::Duration;
 
 use clap::{Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use slideway::diagnose::Progress;
 use slideway::error::Error;
 use slideway::replay::PlantChoice;
 use slideway::report::Style;
@@ -40,10 +42,10 @@ const BAD_INPUT: u8 = 2;
 /// Time between two pictures of a spinner.
 const SPINNER_STEP: Duration = Duration::from_millis(120);
 
-/// Columns of the report where the environment variable COLUMNS does not tell.
+/// Columns of the report where neither the environment variable COLUMNS nor a terminal tells.
 const COLUMNS: usize = 88;
-/// Lines longer than this are hard to read.
-const MOST_COLUMNS: usize = 100;
+/// Lines longer than this nobody reads.
+const MOST_COLUMNS: usize = 200;
 
 /// A multibody twin of a servo-driven machine axis that says why the real machine disagrees with it.
 #[derive(Debug, Parser)]
@@ -64,6 +66,8 @@ pub struct Arguments {
 enum Command {
     /// Say where a recording and the machine's twin disagree, and why
     Diagnose(diagnose::Diagnose),
+    /// Begin with a log of your own axis: estimate what it tells, write a recording and a machine
+    Init(init::Init),
     /// Replay strokes, or a recording, through a machine's twin
     Replay(replay::Replay),
     /// Identify a sampled transfer function, from a machine's solid model or from a recording
@@ -116,6 +120,8 @@ impl From<io::Error> for Failure {
 pub struct Screen {
     /// Shown when the command has come to its end: a refusal stands alone.
     out: Vec<u8>,
+    /// Files and folders that were written, named below the tables.
+    written: Vec<std::path::PathBuf>,
     quiet: bool,
 }
 
@@ -129,6 +135,21 @@ impl Screen {
         if let Ok(style) = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} %  {eta}") {
             bar.set_style(style.progress_chars("=> "));
         }
+        bar
+    }
+
+    /// The hypotheses of a diagnosis: those fitted, of those asked for so far.
+    fn hypotheses(&self) -> ProgressBar {
+        if self.quiet {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::new(0);
+        if let Ok(style) =
+            ProgressStyle::with_template("hypotheses [{bar:24}] {pos} of {len} so far, {elapsed}  {wide_msg}")
+        {
+            bar.set_style(style.progress_chars("=> "));
+        }
+        bar.enable_steady_tick(SPINNER_STEP);
         bar
     }
 
@@ -153,9 +174,14 @@ impl Screen {
 pub fn run(arguments: &Arguments) -> ExitCode {
     let quiet = arguments.quiet;
     slideway::confine::allow(arguments.allow_outside.clone());
-    let mut screen = Screen { out: Vec::new(), quiet };
+    let mut screen = Screen { out: Vec::new(), written: Vec::new(), quiet };
     let ended = dispatch(&arguments.command, &mut screen).and_then(|code| {
         if !quiet {
+            if !screen.written.is_empty() {
+                let names: Vec<String> =
+                    screen.written.iter().map(|path| path.display().to_string()).collect();
+                writeln!(screen.out, "\nWritten: {}", names.join(", "))?;
+            }
             let mut stdout = io::stdout().lock();
             stdout.write_all(&shown(&screen.out))?;
             stdout.flush()?;
@@ -198,9 +224,21 @@ fn shown(out: &[u8]) -> Vec<u8> {
     shown.into_bytes()
 }
 
+/// Moves the bar of a diagnosis.
+fn advance(bar: &ProgressBar, progress: Progress) {
+    match progress {
+        Progress::Asked(more) => bar.inc_length(more as u64),
+        Progress::Fitted(effects) => {
+            bar.inc(1);
+            bar.set_message(effects.to_owned());
+        }
+    }
+}
+
 fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure> {
     match command {
         Command::Diagnose(diagnose) => diagnose.run(screen),
+        Command::Init(init) => init.run(screen),
         Command::Replay(replay) => replay.run(screen),
         Command::Identify(identify) => identify.run(screen),
         Command::Crosscheck(crosscheck) => crosscheck.run(screen),
@@ -221,7 +259,8 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
 fn style() -> Style {
     let colour = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
     let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
-    Style { colour, width: told.unwrap_or(COLUMNS).min(MOST_COLUMNS) }
+    let of_terminal = || terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
+    Style { colour, width: told.or_else(of_terminal).unwrap_or(COLUMNS).min(MOST_COLUMNS) }
 }
 
 /// The plant to simulate on.

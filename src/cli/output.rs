@@ -8,6 +8,8 @@ use slideway::error::{Error, ErrorKind};
 use slideway::report::html::Page;
 use slideway::whole;
 
+use super::Screen;
+
 /// The report as a page, and its figures for papers.
 #[derive(Debug, Args)]
 pub(super) struct Pictures {
@@ -56,10 +58,11 @@ impl Pictures {
         whole::probe_file(&above.join("figure.svg")).map_err(|error| error.key("--figures"))
     }
 
-    /// Writes what is asked for.
-    pub(super) fn write(&self, page: &Page) -> Result<(), Error> {
+    /// Writes what is asked for; the screen names it.
+    pub(super) fn write(&self, page: &Page, screen: &mut Screen) -> Result<(), Error> {
         if let Some(path) = &self.html {
             write(path, &page.html)?;
+            screen.written.push(path.clone());
         }
         let Some(folder) = &self.figures else { return Ok(()) };
         std::fs::create_dir_all(folder).map_err(|error| {
@@ -76,7 +79,9 @@ impl Pictures {
         }
         let files: Vec<(&Path, &[u8])> =
             files.iter().map(|(path, text)| (path.as_path(), text.as_bytes())).collect();
-        whole::write_all(&files)
+        whole::write_all(&files)?;
+        screen.written.push(folder.clone());
+        Ok(())
     }
 }
 

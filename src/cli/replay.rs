@@ -201,7 +201,7 @@ impl Replay {
             });
             let heads: Vec<&str> = heads.iter().map(String::as_str).collect();
             let page = html::replayed(&recording, &stated, (&heads, &rows, &counted()), &command_line());
-            self.pictures.write(&page)?;
+            self.pictures.write(&page, screen)?;
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -12,6 +12,15 @@ pub(super) fn read(
     machine: Option<&Path>,
     maps: &[MappedColumn],
 ) -> Result<Recording, Error> {
+    let is_manifest =
+        |path: &Path| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
+    if let Some(path) = paths.iter().find(|path| !path.exists() && !is_manifest(path)) {
+        return Err(Error::new(ErrorKind::Missing)
+            .file(path)
+            .found("no such file or folder")
+            .expected("a folder with recording.toml, such a file, or a log (CSV, Parquet, MCAP, MAT, HDF5)")
+            .remedy("check the path"));
+    }
     let are_bare = paths.len() > 1 || paths.iter().any(|path| Recording::is_bare(path));
     if !are_bare {
         if let Some(path) = paths.first().filter(|_| !maps.is_empty()) {
@@ -37,7 +46,9 @@ pub(super) fn read(
             .key("--machine")
             .found("a bare log, which names no machine")
             .expected("a machine folder, which says whether the axis slides or turns")
-            .remedy("give --machine DIR; or write a recording.toml, the smallest is `[[run]]` with `file = \"log.csv\"`"));
+            .remedy(
+                "give --machine DIR, or let `slideway init LOG` make a machine and a recording.toml of it",
+            ));
     };
     let machine = Machine::read(folder)?;
     let context =

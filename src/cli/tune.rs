@@ -96,7 +96,7 @@ impl Tune {
         let style = style();
         write!(screen.out, "{}", sheet.text(Style { width: style.width.max(WIDTH), ..style }))?;
         if self.pictures.are_wanted() {
-            self.pictures.write(&html::sheet(&sheet, &command_line()))?;
+            self.pictures.write(&html::sheet(&sheet, &command_line()), screen)?;
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -67,11 +67,20 @@ use visibility::View;
 pub struct Options<'a> {
     /// Effects that may be named.
     pub catalogue: &'a [EffectId],
-    /// Told after every fitted hypothesis, with its effects.
-    pub progress: &'a (dyn Fn(&str) + Sync),
+    /// Told how far the fitting is.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
     /// Samples that are worked on, at most about: of more, the stretches that hold most of the motion
     /// ([`Recording::split_within`]).
     pub most_samples: usize,
+}
+
+/// How far a diagnosis is. What is fitted next depends on what was found: the total grows round by round.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Progress<'a> {
+    /// So many more hypotheses are to be fitted.
+    Asked(usize),
+    /// One of them has been, with these effects.
+    Fitted(&'a str),
 }
 
 /// Beyond so many samples further ones of the same motion tell little: parameters are known to σ/√N of a gap that is many σ.

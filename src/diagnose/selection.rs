@@ -1,5 +1,6 @@
 //! Which effects: forward selection and backward elimination on held-out evidence.
 
+use super::Progress;
 use super::evidence::Score;
 use super::experiment::Experiment;
 use super::fit::{Care, Fit, Sensitivities, fit};
@@ -28,8 +29,8 @@ pub struct Search<'a> {
     pub catalogue: &'a [EffectId],
     /// What an earlier search found with another floor: its fits are where this one's start.
     pub earlier: Option<&'a Found>,
-    /// Told after every fitted hypothesis, with its effects.
-    pub progress: &'a (dyn Fn(&str) + Sync),
+    /// Told how far the fitting is.
+    pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
 /// More effects than this are not named at once: friction with its features is four.
@@ -57,6 +58,7 @@ impl Search<'_> {
             bases: BTreeMap::new(),
         };
         let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
+        (self.progress)(Progress::Asked(nothing.iter().len()));
         let calibrated = nothing.map(|h| self.evaluate(&h, None, Care::Thorough)).transpose()?;
         found.candidates.extend(calibrated);
         // Every explanation seen sharpens the weights of all: the steps are gone through until they change nothing.
@@ -115,6 +117,8 @@ impl Search<'_> {
         let hypotheses: Vec<Hypothesis> =
             fresh.into_iter().filter_map(|set| self.hypothesis(set, base, known)).collect();
         let rough = Care::Rough(&base.sensitivities);
+        let is_open = |hypothesis: &&Hypothesis| self.hopeless(&hypothesis.effects).is_none();
+        (self.progress)(Progress::Asked(hypotheses.iter().filter(is_open).count()));
         let fitted: Result<Vec<Candidate>> = hypotheses
             .par_iter()
             .map(|hypothesis| match self.hopeless(&hypothesis.effects) {
@@ -148,6 +152,7 @@ impl Search<'_> {
         open.sort_by(|&a, &b| found.merit(b).total_cmp(&found.merit(a)));
         open.dedup();
         open.truncate(FINALISTS);
+        (self.progress)(Progress::Asked(open.len()));
         let better: Result<Vec<Candidate>> = open
             .par_iter()
             .map(|&k| {
@@ -174,7 +179,7 @@ impl Search<'_> {
     fn evaluate(&self, hypothesis: &Hypothesis, warm: Option<&[f64]>, care: Care) -> Result<Candidate> {
         let fit = fit(self.machine, hypothesis, self.training, &self.floors.common, warm, care)?;
         let names: Vec<&str> = hypothesis.effects.iter().map(|e| e.name()).collect();
-        (self.progress)(&names.join(" + "));
+        (self.progress)(Progress::Fitted(&names.join(" + ")));
         self.judge(fit, matches!(care, Care::Thorough))
     }
 

@@ -87,6 +87,11 @@ impl Source {
         self.numerator == self.denominator && self.scale == 1.0 && self.offset == 0.0
     }
 
+    /// Column and unit as `[columns]` states them; none where the canonical name and SI unit say it.
+    pub(super) fn stated(&self, key: &str) -> Option<(&str, &str)> {
+        (self.column != key || !self.is_plain()).then_some((self.column.as_str(), self.unit.as_str()))
+    }
+
     /// Converts a column in place.
     pub(super) fn convert(&self, samples: &mut [f64]) {
         if self.is_plain() {

@@ -8,6 +8,7 @@ use super::Recording;
 use super::columns::{ColumnMap, Source};
 use super::manifest::{FILE_NAME, Manifest, RunEntry};
 use super::meaning::{Header, Meaning};
+use super::outline;
 use super::range::TimeRange;
 use super::read::{Content, assembled};
 use super::signal::Signal;
@@ -93,37 +94,54 @@ impl Recording {
     /// A header that could mean two things, two columns for one signal, a column without unit, a mapping that fits no column: with
     /// the choices. Else as [`Recording::read`].
     pub fn read_logs(paths: &[PathBuf], context: &LogContext) -> Result<Self> {
-        let files = files(paths)?;
-        let mut used = vec![false; context.maps.len()];
-        let mut told: Vec<(String, Vec<String>)> = Vec::new();
-        let mut entries = Vec::with_capacity(files.len());
-        let mut has_time = true;
-        let mut names: Vec<String> = Vec::new();
-        for (index, file) in files.iter().enumerate() {
-            let table = Table::open(file)?;
-            let read = Columns::of(&table, context, &mut used).map_err(|error| error.file(file))?;
-            has_time &= read.map.time.is_some();
-            names.extend(table.names().iter().cloned());
-            let name = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-            match told.iter_mut().find(|(text, _)| *text == read.told) {
-                Some((_, names)) => names.push(name.clone()),
-                None => told.push((read.told, vec![name.clone()])),
-            }
-            entries.push(RunEntry::bare(index, name, file.clone(), read.map));
-        }
-        if let Some((map, _)) = context.maps.iter().zip(&used).find(|(_, used)| !**used) {
-            return Err(Error::new(ErrorKind::Missing)
-                .key("--map")
-                .found(format!("`{}`, a column that no log has", map.column))
-                .expected(format!("one of {}", names.join(", ")))
-                .remedy("write the name as the header has it, with or without the unit"));
-        }
-        let period = (!has_time).then_some(context.sample_period_s);
-        let place = paths.first().cloned().unwrap_or_default();
-        let manifest =
-            Manifest::bare(place, context.motion, period, note(&told, has_time, context), entries)?;
-        assembled(manifest, Content::Measured)
+        assembled(manifest(paths, context)?, Content::Measured)
     }
+
+    /// What a `recording.toml` beside these logs says: text, and the files that it names by their file names.
+    ///
+    /// # Errors
+    /// As [`Recording::read_logs`], before the samples are read.
+    pub fn outline_of_logs(
+        paths: &[PathBuf],
+        context: &LogContext,
+        machine: &str,
+    ) -> Result<(String, Vec<PathBuf>)> {
+        let manifest = manifest(paths, context)?;
+        let files = manifest.runs.iter().map(|run| run.file.clone()).collect();
+        Ok((outline::text(&manifest, machine), files))
+    }
+}
+
+/// What a `recording.toml` would say of the logs.
+fn manifest(paths: &[PathBuf], context: &LogContext) -> Result<Manifest> {
+    let files = files(paths)?;
+    let mut used = vec![false; context.maps.len()];
+    let mut told: Vec<(String, Vec<String>)> = Vec::new();
+    let mut entries = Vec::with_capacity(files.len());
+    let mut has_time = true;
+    let mut names: Vec<String> = Vec::new();
+    for (index, file) in files.iter().enumerate() {
+        let table = Table::open(file)?;
+        let read = Columns::of(&table, context, &mut used).map_err(|error| error.file(file))?;
+        has_time &= read.map.time.is_some();
+        names.extend(table.names().iter().cloned());
+        let name = file.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
+        match told.iter_mut().find(|(text, _)| *text == read.told) {
+            Some((_, names)) => names.push(name.clone()),
+            None => told.push((read.told, vec![name.clone()])),
+        }
+        entries.push(RunEntry::bare(index, name, file.clone(), read.map));
+    }
+    if let Some((map, _)) = context.maps.iter().zip(&used).find(|(_, used)| !**used) {
+        return Err(Error::new(ErrorKind::Missing)
+            .key("--map")
+            .found(format!("`{}`, a column that no log has", map.column))
+            .expected(format!("one of {}", names.join(", ")))
+            .remedy("write the name as the header has it, with or without the unit"));
+    }
+    let period = (!has_time).then_some(context.sample_period_s);
+    let place = paths.first().cloned().unwrap_or_default();
+    Manifest::bare(place, context.motion, period, note(&told, has_time, context), entries)
 }
 
 /// What was read as what, in words.
@@ -200,15 +218,26 @@ impl Columns {
         let mut meanings: BTreeMap<Meaning, Vec<&Read<'_>>> = BTreeMap::new();
         by_meaning.for_each(|one| meanings.entry(one.meaning).or_default().push(one));
         let mut taken = Vec::new();
+        let mut faults = Vec::new();
         for (meaning, columns) in meanings {
-            let one = single(meaning, &columns, context.motion)?;
-            let source = one.source(context.motion)?;
+            let understood = single(meaning, &columns, context.motion)
+                .and_then(|one| Ok((one, one.source(context.motion)?)));
+            let (one, source) = match understood {
+                Ok(understood) => understood,
+                Err(fault) => {
+                    faults.push(fault);
+                    continue;
+                }
+            };
             told.push(format!("{} read as {}", one.shown(), meaning.key(context.motion)));
             taken.push(one.column);
             match meaning {
                 Meaning::Time => map.time = Some(source),
                 _ => drop(map.signals.insert(meaning.key(context.motion).to_owned(), source)),
             }
+        }
+        if let Some(fault) = together(faults) {
+            return Err(fault);
         }
         let ignored: Vec<&str> =
             read.iter().map(|one| one.column).filter(|column| !taken.contains(column)).collect();
@@ -227,6 +256,22 @@ impl Columns {
         }
         Ok(Self { map, told: told.join("; ") })
     }
+}
+
+/// Several faults as one, so that all are mended at once; of a single one itself.
+fn together(mut faults: Vec<Error>) -> Option<Error> {
+    if faults.len() < 2 {
+        return faults.pop();
+    }
+    let first = faults.first()?.kind();
+    let found: Vec<String> = faults.iter().map(Error::statement).collect();
+    let remedies: Vec<&str> = faults.iter().filter_map(Error::remedy_text).collect();
+    Some(
+        Error::new(first)
+            .found(format!("{} columns that are not understood: {}", faults.len(), found.join("; ")))
+            .expected("each signal once, with its unit")
+            .remedy(remedies.join("; ")),
+    )
 }
 
 impl<'a> Read<'a> {

@@ -159,7 +159,12 @@ impl Header {
 
     /// What the words say.
     pub(super) fn meaning(&self, motion: Motion) -> Meaning {
-        let words = words(&self.name);
+        let mut words = words(&self.name);
+        // A unit behind a word that names no quantity names none either: `pulse_V` is no velocity.
+        let last = self.name.rsplit(['_', ' ', '/']).next().filter(|last| Unit::parse(last).is_ok());
+        if words.len() > 1 && last.is_some_and(|last| last.chars().all(char::is_uppercase)) {
+            words.pop();
+        }
         let has = |list: &[&str]| words.iter().any(|word| list.contains(&word.as_str()));
         if has(OTHER) {
             return Meaning::Nothing;
@@ -277,7 +282,8 @@ mod tests {
         }
         assert_eq!(meant("Time [ms]"), (Meaning::Time, "ms".to_owned()));
         assert_eq!(meant("time_s"), (Meaning::Time, "s".to_owned()));
-        for column in ["following error [mm]", "iq_ref [A]", "Temperature [°C]", "digital input 3"] {
+        for column in ["following error [mm]", "iq_ref [A]", "Temperature [°C]", "digital input 3", "pulse_V"]
+        {
             assert_eq!(meant(column).0, Meaning::Nothing, "{column}");
         }
     }

@@ -50,6 +50,7 @@ mod lost;
 mod manifest;
 mod mcap_table;
 mod meaning;
+mod outline;
 mod parquet_table;
 mod pieces;
 mod plausibility;

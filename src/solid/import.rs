@@ -30,13 +30,7 @@ pub(super) fn import(urdf_path: &Path, driven: &Driven<'_>) -> Result<Solid> {
 }
 
 fn import_text(urdf_path: &Path, text: &str, driven: &Driven<'_>) -> Result<Solid> {
-    xml::check(text)?;
-    let robot = urdf_rs::read_from_string(text).map_err(|e| {
-        Error::new(ErrorKind::Syntax)
-            .found(e.to_string())
-            .expected("a URDF <robot> of links and joints, each with a name and what the format asks for")
-            .remedy("compare with the specification of URDF, or export it again")
-    })?;
+    let robot = parsed(text)?;
     let tree = Tree::new(&robot)?;
     let moving_joint = tree.moving_joint(driven.joint)?;
     if let Some(held) = driven.held {
@@ -57,6 +51,37 @@ fn import_text(urdf_path: &Path, text: &str, driven: &Driven<'_>) -> Result<Soli
     let base = Body::from_links(reader.links(&base_links)?);
     let moving = Body::from_links(reader.links(&tree.moving_links(&moving_joint.child.link)?)?);
     Ok(Solid { name: robot.name.clone(), path: urdf_path.to_path_buf(), base, moving, joint })
+}
+
+/// A joint of a URDF that could be the driven one.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Movable {
+    /// Its name.
+    pub name: String,
+    /// Its type, as the URDF writes it.
+    pub kind: String,
+}
+
+/// The joints of a URDF that are not fixed, in the order of the file.
+///
+/// # Errors
+/// A file that is not there or is no URDF.
+pub fn movable_joints(urdf_path: &Path) -> Result<Vec<Movable>> {
+    let text = confine::read_text(urdf_path, MOST_BYTES)?;
+    let robot = parsed(&text).map_err(|e| e.file(urdf_path))?;
+    let kind = |joint: &urdf_rs::Joint| format!("{:?}", joint.joint_type).to_lowercase();
+    let movable = robot.joints.iter().filter(|joint| joint.joint_type != JointType::Fixed);
+    Ok(movable.map(|joint| Movable { name: joint.name.clone(), kind: kind(joint) }).collect())
+}
+
+fn parsed(text: &str) -> Result<urdf_rs::Robot> {
+    xml::check(text)?;
+    urdf_rs::read_from_string(text).map_err(|e| {
+        Error::new(ErrorKind::Syntax)
+            .found(e.to_string())
+            .expected("a URDF <robot> of links and joints, each with a name and what the format asks for")
+            .remedy("compare with the specification of URDF, or export it again")
+    })
 }
 
 fn read_joint(joint: &urdf_rs::Joint, parent_pose: Isometry3<f64>, text: &str) -> Result<Joint> {

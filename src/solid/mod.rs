@@ -19,6 +19,7 @@ use std::sync::Arc;
 
 use nalgebra::{Isometry3, Unit, Vector3};
 
+pub use self::import::{Movable, movable_joints};
 pub use self::mass::MassProperties;
 pub use self::mesh::Mesh;
 pub use self::weight::{GRAVITY_M_PER_S2, Weight};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Every module of the crate; one may import from itself and from those before it.
-const ORDER: [&str; 22] = [
+const ORDER: [&str; 23] = [
     "error",
     "confine",
     "whole",
@@ -21,6 +21,7 @@ const ORDER: [&str; 22] = [
     "guide",
     "effect",
     "machine",
+    "init",
     "plant",
     "twin",
     "replay",

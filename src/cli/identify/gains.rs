@@ -66,7 +66,7 @@ impl Gains {
         };
         write!(screen.out, "{}", sheet.text(style()))?;
         if self.pictures.are_wanted() {
-            self.pictures.write(&html::sheet(&sheet, &command_line()))?;
+            self.pictures.write(&html::sheet(&sheet, &command_line()), screen)?;
         }
         Ok(ExitCode::SUCCESS)
     }

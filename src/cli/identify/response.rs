@@ -139,7 +139,7 @@ impl Response {
                 modes: table,
                 modes_remark: remark,
             };
-            self.pictures.write(&html::responded(&page, &command_line()))?;
+            self.pictures.write(&html::responded(&page, &command_line()), screen)?;
         }
         Ok(ExitCode::SUCCESS)
     }

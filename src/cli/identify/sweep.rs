@@ -211,7 +211,7 @@ impl Sweep {
         let sheet = swept::sheet(&swept);
         write!(screen.out, "{}", sheet.text(super::super::style()))?;
         if self.pictures.are_wanted() {
-            self.pictures.write(&html::sheet(&sheet, &command_line()))?;
+            self.pictures.write(&html::sheet(&sheet, &command_line()), screen)?;
         }
         Ok(ExitCode::SUCCESS)
     }

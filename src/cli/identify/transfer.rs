@@ -89,7 +89,7 @@ impl Transfer {
             (None, None) => None,
         };
         if let (true, Some(found)) = (self.pictures.are_wanted(), found) {
-            self.pictures.write(&html::identified(&found, &command_line()))?;
+            self.pictures.write(&html::identified(&found, &command_line()), screen)?;
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -48,7 +48,7 @@ impl Inspect {
             let drawn = || html::recording(&recording, machine.as_ref(), &command_line());
             page = self.pictures.are_wanted().then(drawn);
         }
-        page.iter().try_for_each(|page| self.pictures.write(page))?;
+        page.iter().try_for_each(|page| self.pictures.write(page, screen))?;
         Ok(ExitCode::SUCCESS)
     }
 }

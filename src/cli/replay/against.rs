@@ -53,7 +53,7 @@ impl Replay {
         };
         write!(screen.out, "{}", compared(&comparison, style()))?;
         if self.pictures.are_wanted() {
-            self.pictures.write(&html::compared(&comparison, &command_line()))?;
+            self.pictures.write(&html::compared(&comparison, &command_line()), screen)?;
         }
         if let Some(out) = &self.out {
             let twins = done.iter().map(|one| twin(one, &machine)).collect::<Result<Vec<Run>, Error>>()?;
