@@ -107,6 +107,18 @@ fn assert_late(found: &[Finding], runs: usize, word: &str, samples: f64) {
     }
 }
 
+/// The recorded machine is stable; the twin that is said to be it is not: every replay of it would run away.
+#[test]
+fn exact_a_twin_whose_loop_is_unstable_is_a_finding_and_a_stable_one_is_not() {
+    let (stated, runs) = (machine(GRINDER), clean());
+    assert_eq!(with(&findings(&stated, &runs), Check::UnstableLoop), Vec::<&Finding>::new());
+    let late = set(&stated, &[("effect.loop_delay.delay_s", 0.02)]);
+    let found = findings(&late, &runs);
+    let unstable = with(&found, Check::UnstableLoop);
+    assert_eq!(unstable.len(), 1, "{found:#?}");
+    assert!(unstable[0].severity == Severity::Warning && unstable[0].message.contains("not stable"));
+}
+
 #[test]
 fn exact_clean_recordings_raise_no_warning() {
     let found = findings(&machine(GRINDER), &clean());
