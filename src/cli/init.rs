@@ -284,37 +284,8 @@ impl Init {
 
     /// The numbers with their marks, and what is to be said.
     fn show(&self, draft: &Draft, screen: &mut Screen) -> Result<(), Failure> {
-        let width = style().width;
         let out = &mut screen.out;
-        let mut table = Table::of(["number", "value", "", "where from"].map(str::to_owned).to_vec()).left(4);
-        let shown = draft.items.iter().filter(|item| !matches!(item.key, "name" | "urdf" | "joint"));
-        let items: Vec<&Item> = shown.chain(draft.coulomb.iter()).collect();
-        let name = |item: &Item| {
-            if item.table.is_empty() { item.key.to_owned() } else { format!("{}.{}", item.table, item.key) }
-        };
-        let value =
-            |item: &Item| format!("{} {}", item.value.as_deref().unwrap_or("-"), item.unit).trim().to_owned();
-        let longest = |of: &dyn Fn(&Item) -> String| {
-            items.iter().map(|item| of(item).chars().count()).max().unwrap_or(0)
-        };
-        // Values that would leave no room for the words go without padding into the words.
-        let room = width.saturating_sub(longest(&name) + 34 + 12).max(24);
-        for item in &items {
-            let text = value(item);
-            let (text, words) = match text.chars().count() > 26 {
-                true => (String::new(), format!("{text}; {}", item.words)),
-                false => (text, item.words.clone()),
-            };
-            let mut lines = wrap(&words, room).into_iter();
-            table.cells(vec![
-                name(item),
-                text,
-                item.mark.word().to_owned(),
-                lines.next().unwrap_or_default(),
-            ]);
-            lines.for_each(|line| table.cells(vec![String::new(), String::new(), String::new(), line]));
-        }
-        table.write(out)?;
+        numbers(draft).write(out)?;
         if !draft.notes.is_empty() {
             writeln!(out)?;
         }
@@ -339,6 +310,45 @@ impl Init {
         writeln!(out, "\nthen  {} {}", command_line(), flags.join(" "))?;
         Ok(())
     }
+}
+
+/// Values longer than this stand among the words.
+const LONGEST_VALUE: usize = 26;
+/// Columns that the words have at least.
+const LEAST_ROOM: usize = 16;
+
+/// The numbers by table of the machine file, as wide as the terminal.
+fn numbers(draft: &Draft) -> Table {
+    let mut table = Table::of(["number", "value", "", "where from"].map(str::to_owned).to_vec()).left(4);
+    let shown = draft.items.iter().filter(|item| !matches!(item.key, "name" | "urdf" | "joint"));
+    let items: Vec<&Item> = shown.chain(draft.coulomb.iter()).collect();
+    let name = |item: &Item| format!("{}{}", if item.table.is_empty() { "" } else { "  " }, item.key);
+    let value =
+        |item: &Item| format!("{} {}", item.value.as_deref().unwrap_or("-"), item.unit).trim().to_owned();
+    let is_long = |text: &str| text.chars().count() > LONGEST_VALUE;
+    let widest =
+        |texts: &mut dyn Iterator<Item = String>| texts.map(|text| text.chars().count()).max().unwrap_or(0);
+    let names = widest(&mut items.iter().map(|item| name(item)));
+    let values = widest(&mut items.iter().map(|item| value(item)).filter(|text| !is_long(text)));
+    let marks = Mark::Measured.word().len();
+    // Two columns before each of the four.
+    let room = style().width.saturating_sub(names + values + marks + 8).max(LEAST_ROOM);
+    let mut head = "";
+    for item in items {
+        if item.table != head {
+            head = item.table;
+            table.cells(vec![head.to_owned()]);
+        }
+        let text = value(item);
+        let (text, words) = match is_long(&text) {
+            true => (String::new(), format!("{text}; {}", item.words)),
+            false => (text, item.words.clone()),
+        };
+        let mut lines = wrap(&words, room).into_iter();
+        table.cells(vec![name(item), text, item.mark.word().to_owned(), lines.next().unwrap_or_default()]);
+        lines.for_each(|line| table.cells(vec![String::new(), String::new(), String::new(), line]));
+    }
+    table
 }
 
 /// A paragraph with something before its first line.

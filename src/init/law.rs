@@ -261,7 +261,7 @@ impl<'a> Search<'a> {
                 if is_clipped(k) || is_clipped(k - 1) {
                     continue;
                 }
-                rows.push(form.columns(inputs[k - 1], inputs[k]));
+                rows.push(form.columns(inputs[k - 1], inputs[k], source));
                 targets.push(if form.integrates() { effort[k] - effort[k - 1] } else { effort[k] });
             }
         }
@@ -326,7 +326,7 @@ impl Form {
     }
 
     /// What its gains multiply, at two samples that follow one another.
-    fn columns(self, before: Input, now: Input) -> Vec<f64> {
+    fn columns(self, before: Input, now: Input, source: &Source) -> Vec<f64> {
         let error = now.position_reference - now.position;
         let [reference, velocity] = [now.velocity_reference, now.velocity];
         let change = velocity - before.velocity;
@@ -334,7 +334,15 @@ impl Form {
             Self::P => vec![error],
             Self::Level => vec![error, reference, -velocity],
             Self::Pdf => vec![error, reference, -velocity, -change],
-            Self::Pi => vec![error, reference, -velocity, -change, reference - before.velocity_reference],
+            Self::Pi => {
+                let share = reference - before.velocity_reference;
+                let mut columns = vec![error, reference, -velocity, -change, share];
+                // What the position loop sees move; a smoothed difference has it in velocity and change already.
+                if matches!(source, Source::Estimate(VelocityEstimate::Taps { .. })) {
+                    columns.push(before.position - now.position);
+                }
+                columns
+            }
         }
     }
 
@@ -371,6 +379,9 @@ impl Form {
                 velocity_feedforward: reference / velocity,
                 filter: Vec::new(),
             })],
+            (Self::Pi, [_, _, velocity, change, share, moved]) => {
+                vec![cascade(moved / change, *change, velocity / (change * period_s), share / change)]
+            }
             (Self::Pi, [error, _, velocity, change, share]) => {
                 // Kp + Ki and Kp·Ki show; which is which does not, so both are tried.
                 let (sum, product) = (velocity / (change * period_s), error / (change * period_s));

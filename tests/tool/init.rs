@@ -16,14 +16,12 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Rivals of dry friction that a first diagnosis would look at.
-const CATALOGUE: [EffectId; 7] = [
+const CATALOGUE: [EffectId; 5] = [
     EffectId::CoulombFriction,
     EffectId::ViscousFriction,
     EffectId::AsymmetricFriction,
     EffectId::Payload,
-    EffectId::ForceConstant,
     EffectId::LoopDelay,
-    EffectId::ConstantForce,
 ];
 /// Samples of a quick diagnosis.
 const SAMPLES: usize = 8_000;
@@ -285,7 +283,7 @@ fn slideway(folder: &Path, arguments: &[&str]) -> (Option<i32>, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_slideway"))
         .args(arguments)
         .current_dir(folder)
-        .env("COLUMNS", "100")
+        .env("COLUMNS", "80")
         .output()
         .unwrap();
     let text = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap()).concat();
@@ -310,7 +308,7 @@ fn exact_a_new_user_is_told_what_is_missing_and_gets_a_recording() {
     let (code, text) = slideway(folder.path(), &["init", "day1.csv", "--force-constant", "83.1"]);
     assert_eq!(code, Some(0), "{text}");
     assert!(text.contains("slideway diagnose day1_axis"), "{text}");
-    assert!(text.lines().all(|line| line.chars().count() <= 100), "{text}");
+    assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
     let recording = Recording::read(folder.path().join("day1_axis")).unwrap();
     assert_eq!(recording.runs().len(), 1);
     let machine = Machine::read(recording.machine.as_ref().unwrap()).unwrap();
