@@ -107,6 +107,8 @@ struct Subject {
     recording: Recording,
     /// Of bare logs.
     logs: Option<Logs>,
+    /// Whether the log has times.
+    is_timed: bool,
     /// Whether a flag has to say the sample period.
     lacks_period: bool,
 }
@@ -132,6 +134,8 @@ impl Init {
         let mut draft = Draft::of(&subject.recording, &found, &self.sheet(), solid.as_ref());
         if subject.lacks_period {
             draft.lacks.insert(0, Draft::period_lack());
+        } else if !subject.is_timed {
+            draft.state_period();
         }
         let recording = &subject.recording;
         let samples: usize = recording.runs().iter().map(slideway::recording::Run::len).sum();
@@ -147,7 +151,10 @@ impl Init {
             wrapped(out, "", note)?;
         }
         writeln!(out)?;
-        self.show(&draft, screen)?;
+        // Without a time nothing that was estimated means anything.
+        if !subject.lacks_period {
+            self.show(&draft, screen)?;
+        }
         if !draft.lacks.is_empty() {
             self.missing(&draft, screen)?;
             return Ok(ExitCode::from(BAD_INPUT));
@@ -216,7 +223,7 @@ impl Init {
         let is_bare = self.logs.len() > 1 || self.logs.iter().all(|path| Recording::is_bare(path));
         if !is_bare {
             let recording = Recording::read(self.logs.first().map_or(Path::new("."), PathBuf::as_path))?;
-            return Ok(Subject { recording, logs: None, lacks_period: false });
+            return Ok(Subject { recording, logs: None, is_timed: true, lacks_period: false });
         }
         let by_flag = self.inertia.map(|_| Motion::Revolute).or(self.mass.map(|_| Motion::Prismatic));
         if let Some(motion) = self.motion().or(of_urdf).or(by_flag) {
@@ -243,6 +250,7 @@ impl Init {
         Ok(Subject {
             recording,
             logs: Some(Logs { outline, files }),
+            is_timed,
             lacks_period: !is_timed && self.sample_period.is_none(),
         })
     }

@@ -123,6 +123,14 @@ pub struct Draft {
 }
 
 impl Draft {
+    /// Says that the sample period was stated, as the log has no time.
+    pub fn state_period(&mut self) {
+        for item in self.items.iter_mut().filter(|item| item.key == "sample_period_s") {
+            item.mark = Mark::Assumed;
+            item.words = "stated, --sample-period".to_owned();
+        }
+    }
+
     /// What is missing where a log has no time.
     pub fn period_lack() -> Lack {
         Lack {

@@ -3,16 +3,20 @@
 use std::io::Write;
 
 use slideway::recording::{PeriodSource, Recording, Run, Signal, Split, SplitRule};
-use slideway::report::stretches;
+use slideway::report::{stretches, wrap};
 use slideway::units::{Motion, Unit, engineering};
 
-use crate::cli::Failure;
 use crate::cli::table::Table;
+use crate::cli::{Failure, style};
+
+/// Before the note; further lines of it stand below its first.
+const NOTE: &str = "note       ";
 
 /// Shows a recording.
 pub(super) fn show(recording: &Recording, out: &mut dyn Write) -> Result<(), Failure> {
     writeln!(out, "recording  {}", recording.path.display())?;
-    writeln!(out, "note       {}", recording.note.as_deref().unwrap_or("none"))?;
+    let note = wrap(recording.note.as_deref().unwrap_or("none"), style().width.saturating_sub(NOTE.len()));
+    writeln!(out, "{NOTE}{}", note.join(&format!("\n{:1$}", "", NOTE.len())))?;
     let machine = recording.machine.as_ref().map_or("none named".to_owned(), |m| m.display().to_string());
     writeln!(out, "machine    {machine}")?;
     writeln!(out, "axis       {}", recording.motion())?;
