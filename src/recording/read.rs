@@ -91,7 +91,10 @@ fn manifest_path(path: &Path) -> Result<PathBuf> {
             .remedy(SMALLEST_MANIFEST)
     };
     if !file.exists() {
-        return Err(refuse("no such file"));
+        let remedy =
+            if is_toml || path.extension().is_none() { SMALLEST_MANIFEST } else { "correct the path" };
+        let expected = "a log, a folder with recording.toml, or such a TOML file";
+        return Err(refuse("no such file").expected(expected).remedy(remedy));
     }
     if path.is_dir() || is_toml { Ok(file) } else { Err(refuse("a file that is not TOML")) }
 }
