@@ -5,6 +5,8 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::recording::{Run, Signal};
 use crate::units::engineering;
 
+// Both shares tell being moved from being held, which differ by orders: a held axis gives way by noise, drift or sag, microns of a
+// stroke. A run that was pushed by hand without a note would be refused too.
 /// A position that travels this share of what other runs are told to travel was told to.
 const TRAVELS: f64 = 0.25;
 /// A position that comes to rest this share of its travel away from where it began was told to go there.

@@ -68,9 +68,11 @@ const FIRST_DAMPING: f64 = 1e-6;
 /// Damping below which a step is that of Gauss and Newton, also along a valley in which numbers compensate each other to 10⁻⁶ and
 /// the tolerances alone tell them apart.
 const LEAST_DAMPING: f64 = 1e-14;
-/// Damping beyond which no step falls.
+/// Damping beyond which a step is a hundredth of that down the gradient, number by number: none that falls is longer.
 const MOST_DAMPING: f64 = 100.0;
-/// What a step that falls makes of the damping, and one that does not.
+/// What a step that falls makes of the damping, and one that does not: tenfold as D. W. Marquardt (1963), *An algorithm for
+/// least-squares estimation of nonlinear parameters*, J. SIAM 11:431, and faster upward, where each trial costs a replay. They
+/// change how soon a fit arrives, not where.
 const LESS_DAMPING: f64 = 0.1;
 const MORE_DAMPING: f64 = 20.0;
 /// Iterations of a fit that only has to show whether a hypothesis matters.

@@ -13,6 +13,9 @@ pub const LEAST_SAMPLES_PER_PARAMETER: usize = 5;
 /// Probability that a stated interval covers.
 pub const COVERAGE: f64 = 0.95;
 
+/// 97.5 % quantile of the normal distribution.
+const NORMAL_975: f64 = 1.959_964;
+
 /// A number found from data, with its uncertainty.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Estimate {
@@ -29,6 +32,22 @@ impl Estimate {
     pub(super) fn new(value: f64, standard_error: f64, quantile: f64) -> Self {
         let half = quantile * standard_error;
         Self { value, standard_error, ci95: [value - half, value + half] }
+    }
+
+    /// From value and standard error, of so many samples that the error is normal: 1.96 standard errors to either side.
+    pub(crate) fn of_many(value: f64, standard_error: f64) -> Self {
+        Self::new(value, standard_error, NORMAL_975)
+    }
+
+    /// A value without an error.
+    pub(crate) fn exact(value: f64) -> Self {
+        Self { value, standard_error: 0.0, ci95: [value; 2] }
+    }
+
+    /// In another unit, by a factor > 0.
+    pub(crate) fn times(&self, factor: f64) -> Self {
+        let ci95 = self.ci95.map(|end| end * factor);
+        Self { value: self.value * factor, standard_error: self.standard_error * factor, ci95 }
     }
 
     /// Whether the 95 % interval holds `truth`.

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::delay;
 use super::grid::reading_noise;
 use crate::error::Result;
 use crate::identify::excitation::Outcome;
@@ -54,6 +55,19 @@ pub struct Balance {
     pub window_s: f64,
 }
 
+impl Balance {
+    /// In another unit: that of the channel times the factor's.
+    pub fn times(&self, factor: f64) -> Self {
+        Self {
+            inertia: self.inertia.times(factor),
+            viscous: self.viscous.times(factor),
+            coulomb: self.coulomb.times(factor),
+            constant: self.constant.times(factor),
+            ..*self
+        }
+    }
+}
+
 /// Rows of the balance with the channel as many samples late.
 struct Rows {
     columns: Vec<[f64; 4]>,
@@ -89,25 +103,8 @@ pub fn balance(runs: &[Run], driver: Signal) -> Result<Outcome<Balance>> {
     let costs: Vec<f64> = fits.iter().map(|(cost, _)| *cost).collect();
     let best = costs.iter().enumerate().min_by(|a, b| a.1.total_cmp(b.1)).map_or(0, |(k, _)| k);
     let mut found = fits[best].1;
-    found.delay = vertex(&costs, best, period_s);
+    found.delay = delay::of_costs(&costs, best, period_s);
     Ok(Outcome::Identified(found))
-}
-
-/// The lowest point of the parabola through three costs, in s, and what a rise by one variance of the residual moves it.
-pub fn vertex(costs: &[f64], best: usize, period_s: f64) -> Estimate {
-    let half = 0.5 * period_s;
-    let at = best as f64 * period_s;
-    let whole = Estimate { value: at, standard_error: half, ci95: [at - half, at + half] };
-    let (Some(before), Some(after)) = (best.checked_sub(1).map(|k| costs[k]), costs.get(best + 1)) else {
-        // At the first one what comes before is not known.
-        return whole;
-    };
-    let bend = before - 2.0 * costs[best] + after;
-    if bend <= 0.0 {
-        return whole;
-    }
-    let value = at + 0.5 * period_s * (before - after) / bend;
-    Estimate { value, standard_error: half / 2.0, ci95: [value - half, value + half] }
 }
 
 /// The half width at which noise is small and the motion still shows.
@@ -246,14 +243,13 @@ impl Rows {
         let power: f64 = self.targets.iter().map(|y| (y - middle).powi(2)).sum();
         let robust = regression.with_correlated_residual(&solution, &self.lengths)?;
         let of = |column: usize| robust.estimates[column];
-        let none = Estimate { value: 0.0, standard_error: 0.0, ci95: [0.0; 2] };
         let balance = Balance {
             driver,
             inertia: of(0),
             viscous: of(1),
             coulomb: of(2),
             constant: of(3),
-            delay: none,
+            delay: Estimate::exact(0.0),
             explained: if power > 0.0 { 1.0 - left / power } else { 0.0 },
             window_s,
         };

@@ -2,10 +2,11 @@
 
 use std::fmt::Write as _;
 
-use super::item::{Item, Mark, digits, interval};
+use super::item::{Item, Mark, digits, interval, toml_number};
 use super::law::LawFound;
-use super::motor::{Drive, drive, toml_number};
-use super::{Findings, Sheet, urdf};
+use super::motor::{Drive, drive};
+use super::names::{Lack, Names};
+use super::{Findings, Sheet, delay, urdf};
 use crate::controller::Controller;
 use crate::controller::regression::ControllerGains;
 use crate::identify::least_squares::Estimate;
@@ -20,92 +21,6 @@ const FURTHER: f64 = 0.25;
 const DELAY_ERRORS: f64 = 2.0;
 /// Name of the URDF that is written.
 pub const URDF: &str = "axis.urdf";
-
-/// A number that is missing, and the flag that states it.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Lack {
-    /// The flag.
-    pub flag: &'static str,
-    /// Its unit.
-    pub unit: &'static str,
-    /// What it is, and why the log does not tell it.
-    pub why: String,
-}
-
-/// Keys, flags and units that differ between sliding and turning axes.
-pub struct Names {
-    pub mass: &'static str,
-    pub mass_unit: &'static str,
-    pub acceleration_unit: &'static str,
-    pub force_constant: &'static str,
-    pub force_constant_key: &'static str,
-    pub force_constant_unit: &'static str,
-    pub force_per_volt: &'static str,
-    pub force_per_volt_key: &'static str,
-    pub force_per_volt_unit: &'static str,
-    pub back_emf_key: &'static str,
-    pub back_emf_unit: &'static str,
-    viscous_key: &'static str,
-    viscous_unit: &'static str,
-    force_unit: &'static str,
-    force_key: &'static str,
-    resolution: &'static str,
-    noise: &'static str,
-    position_unit: &'static str,
-    velocity_gain: &'static str,
-    position_gain: &'static str,
-}
-
-impl Names {
-    fn of(motion: Motion) -> Self {
-        match motion {
-            Motion::Prismatic => Self {
-                mass: "--mass",
-                mass_unit: "kg",
-                acceleration_unit: "m/s²",
-                force_constant: "--force-constant",
-                force_constant_key: "force_constant_n_per_a",
-                force_constant_unit: "N/A",
-                force_per_volt: "--force-per-volt",
-                force_per_volt_key: "force_n_per_v",
-                force_per_volt_unit: "N/V",
-                back_emf_key: "back_emf_v_s_per_m",
-                back_emf_unit: "V·s/m",
-                viscous_key: "viscous_n_s_per_m",
-                viscous_unit: "N·s/m",
-                force_unit: "N",
-                force_key: "force_n",
-                resolution: "resolution_m",
-                noise: "noise_m",
-                position_unit: "m",
-                velocity_gain: "velocity_gain_v_s_per_m",
-                position_gain: "position_gain_v_per_m",
-            },
-            Motion::Revolute => Self {
-                mass: "--inertia",
-                mass_unit: "kg·m²",
-                acceleration_unit: "rad/s²",
-                force_constant: "--torque-constant",
-                force_constant_key: "torque_constant_nm_per_a",
-                force_constant_unit: "N·m/A",
-                force_per_volt: "--torque-per-volt",
-                force_per_volt_key: "torque_nm_per_v",
-                force_per_volt_unit: "N·m/V",
-                back_emf_key: "back_emf_v_s_per_rad",
-                back_emf_unit: "V·s/rad",
-                viscous_key: "viscous_nm_s_per_rad",
-                viscous_unit: "N·m·s/rad",
-                force_unit: "N·m",
-                force_key: "torque_nm",
-                resolution: "resolution_rad",
-                noise: "noise_rad",
-                position_unit: "rad",
-                velocity_gain: "velocity_gain_v_s_per_rad",
-                position_gain: "position_gain_v_per_rad",
-            },
-        }
-    }
-}
 
 /// A machine as log and sheet tell it.
 #[derive(Debug, Clone)]
@@ -135,7 +50,7 @@ impl Draft {
     pub fn period_lack() -> Lack {
         Lack {
             flag: "--sample-period",
-            unit: "S",
+            unit: "s",
             why: "time between two samples in s; the log has no time column".to_owned(),
         }
     }
@@ -219,9 +134,7 @@ impl Draft {
             }
         };
         if found.reference_delay > 0 {
-            let half = 0.5 * period_s;
-            let value = found.reference_delay as f64 * period_s;
-            let delay = Estimate { value, standard_error: half / 2.0, ci95: [value - half, value + half] };
+            let delay = delay::within_half_a_period(found.reference_delay as f64 * period_s, period_s);
             self.items.push(
                 Item::measured("reference", "delay_s", "s", &delay).and("the law acts on older references"),
             );
@@ -282,7 +195,7 @@ impl Draft {
                 "stated, --voltage-limit",
             ),
             (None, Some(limit)) => {
-                let exact = Estimate { value: limit, standard_error: 0.0, ci95: [limit; 2] };
+                let exact = Estimate::exact(limit);
                 let words = "the effort is seen to stay there".to_owned();
                 Item { words, ..Item::measured("amplifier", "voltage_limit_v", "V", &exact) }
             }
@@ -345,11 +258,10 @@ impl Draft {
     fn sensors(&mut self, found: &Findings, names: &Names) {
         let of_step = found.step.map_or(0.0, |step| step * step / 12.0);
         let noise = (found.reading_noise.powi(2) - of_step).max(0.0).sqrt();
-        let exact = |value: f64| Estimate { value, standard_error: 0.0, ci95: [value; 2] };
         self.items.push(match found.step {
             Some(step) => Item {
                 words: "least step of the positions, which lie on a grid".to_owned(),
-                ..Item::measured("encoder", names.resolution, names.position_unit, &exact(step))
+                ..Item::measured("encoder", names.resolution, names.position_unit, &Estimate::exact(step))
             },
             None => Item::assumed(
                 "encoder",
@@ -362,7 +274,7 @@ impl Draft {
         let item = |table, key, unit, noise: f64| Item {
             words: "fourth differences, which smooth motion leaves out".to_owned(),
             value: Some(digits(noise, noise / 10.0)),
-            ..Item::measured(table, key, unit, &exact(noise))
+            ..Item::measured(table, key, unit, &Estimate::exact(noise))
         };
         self.items.push(item("encoder", names.noise, names.position_unit, noise));
         self.items.push(match &found.law {
@@ -464,9 +376,8 @@ fn head(recording: &Recording, sheet: &Sheet, solid: Option<&Solid>) -> Vec<Item
         }
     }
     let period = recording.sample_period_s();
-    let exact = Estimate { value: period, standard_error: 0.0, ci95: [period; 2] };
     let words = "that of the log".to_owned();
-    items.push(Item { words, ..Item::measured("", "sample_period_s", "s", &exact) });
+    items.push(Item { words, ..Item::measured("", "sample_period_s", "s", &Estimate::exact(period)) });
     items
 }
 

@@ -102,6 +102,15 @@ pub fn digits(value: f64, standard_error: f64) -> String {
     }
 }
 
+/// A number as TOML has it.
+pub fn toml_number(value: f64) -> String {
+    if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
+        format!("{value:e}")
+    } else {
+        format!("{value:?}")
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::digits;

@@ -4,12 +4,14 @@
 //! tells comes as a [`Sheet`]. [`Draft`] puts the two together; each of its numbers is measured, assumed or missing.
 
 mod balance;
+mod delay;
 mod draft;
 mod folder;
 mod grid;
 mod item;
 mod law;
 mod motor;
+mod names;
 mod urdf;
 mod velocity;
 mod winding;
@@ -17,13 +19,15 @@ mod winding;
 use std::path::PathBuf;
 
 pub use balance::Balance;
-pub use draft::{Draft, Lack};
+pub use draft::Draft;
 pub use folder::{Logs, check_place, write};
 pub use item::{Item, Mark};
 pub use law::{Form, FoundLaw, LawFound};
+pub use names::Lack;
 pub use winding::FoundWinding;
 
 use crate::error::Result;
+use crate::identify::excitation::Outcome;
 use crate::identify::least_squares::Estimate;
 use crate::recording::{Recording, Run, Signal};
 
@@ -96,8 +100,8 @@ pub fn findings(recording: &Recording, limit_v: Option<f64>) -> Result<Findings>
     let mut balances = Vec::new();
     for driver in DRIVERS.into_iter().filter(|driver| has(*driver)) {
         match balance::balance(runs, driver) {
-            Ok(crate::identify::excitation::Outcome::Identified(found)) => balances.push(found),
-            Ok(crate::identify::excitation::Outcome::NotExcited(why)) => silent.push(format!(
+            Ok(Outcome::Identified(found)) => balances.push(found),
+            Ok(Outcome::NotExcited(why)) => silent.push(format!(
                 "no force balance from {}: the runs do not tell its terms apart (condition {:.0e}); {}",
                 driver.key(recording.motion()),
                 why.condition,
@@ -144,11 +148,10 @@ fn thrust_per(runs: &[Run], has: &dyn Fn(Signal) -> bool) -> Option<(Signal, Est
     let left: f64 = pairs().map(|(x, y)| (y - value * x).powi(2)).sum();
     let all: f64 = pairs().map(|(_, y)| y * y).sum();
     let standard_error = (left / pairs().count().max(2) as f64 / power).sqrt();
-    let half = 2.0 * standard_error;
     /// A thrust that is not the channel times a number leaves more.
     const MOST_LEFT: f64 = 0.02;
     let is_told = power > 0.0 && value.is_finite() && value > 0.0 && left < MOST_LEFT * all;
-    is_told.then_some((over, Estimate { value, standard_error, ci95: [value - half, value + half] }))
+    is_told.then(|| (over, Estimate::of_many(value, standard_error)))
 }
 
 impl Findings {

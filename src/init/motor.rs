@@ -1,7 +1,7 @@
 //! The motor of the draft: of the sheet and the log together.
 
-use super::draft::{Lack, Names};
-use super::item::{Item, digits, interval};
+use super::item::{Item, digits, interval, toml_number};
+use super::names::{Lack, Names};
 use super::{Balance, Findings, Sheet};
 use crate::identify::least_squares::Estimate;
 use crate::recording::Signal;
@@ -31,30 +31,6 @@ enum Kind {
     Winding,
     CurrentLoop,
     Direct,
-}
-
-impl Estimate {
-    /// In another unit.
-    fn times(&self, factor: f64) -> Self {
-        let [from, to] = self.ci95.map(|end| end * factor);
-        Self {
-            value: self.value * factor,
-            standard_error: self.standard_error * factor.abs(),
-            ci95: [from, to],
-        }
-    }
-}
-
-impl Balance {
-    fn times(&self, factor: f64) -> Self {
-        Self {
-            inertia: self.inertia.times(factor),
-            viscous: self.viscous.times(factor),
-            coulomb: self.coulomb.times(factor),
-            constant: self.constant.times(factor),
-            ..*self
-        }
-    }
 }
 
 /// The drive of an axis; `mass` is that of a URDF.
@@ -303,14 +279,5 @@ impl Drive {
             };
             self.items.push(item);
         }
-    }
-}
-
-/// A number as TOML has it.
-pub fn toml_number(value: f64) -> String {
-    if value != 0.0 && !(1e-3..1e6).contains(&value.abs()) {
-        format!("{value:e}")
-    } else {
-        format!("{value:?}")
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix4, Vector4};
 
-use super::balance::vertex;
+use super::delay;
 use crate::identify::least_squares::Estimate;
 use crate::recording::{Run, Signal};
 
@@ -14,8 +14,6 @@ const OLDER: usize = 2;
 const LAGS: usize = 6;
 /// The circuit must leave less than this share of the current's variance.
 const FITS: f64 = 0.02;
-/// Standard errors to either side of a 95 % interval, of many samples.
-const QUANTILE: f64 = 1.96;
 /// Fewest samples.
 const LEAST: usize = 200;
 
@@ -80,15 +78,13 @@ pub fn winding(runs: &[Run]) -> Option<FoundWinding> {
             (constants(&moved)[which] - values[which]) / step
         });
         let standard_error = slope.dot(&(covariance * slope)).max(0.0).sqrt();
-        let value = values[which];
-        let half = QUANTILE * standard_error;
-        Estimate { value, standard_error, ci95: [value - half, value + half] }
+        Estimate::of_many(values[which], standard_error)
     };
     Some(FoundWinding {
         resistance: estimate(0),
         inductance: estimate(1),
         back_emf: estimate(2),
-        delay: vertex(&costs, best, period_s),
+        delay: delay::of_costs(&costs, best, period_s),
         explained: 1.0 - left,
     })
 }

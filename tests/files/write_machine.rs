@@ -2,16 +2,15 @@
 //! no gap when it is diagnosed again.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use crate::support::{slideway as run, text};
 use serde_json::Value;
 use slideway::machine::Machine;
 use slideway::machine::provenance::Reason;
 use slideway::recording::Existing;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 use tempfile::TempDir;
 
-const SLIDEWAY: &str = env!("CARGO_BIN_EXE_slideway");
 const DONE: Option<i32> = Some(0);
 const BAD_INPUT: Option<i32> = Some(2);
 const HIDDEN_N: f64 = 15.0;
@@ -19,14 +18,6 @@ const HIDDEN_N: f64 = 15.0;
 const FORCE_TOLERANCE_N: f64 = 0.5;
 /// The scene and the reduced axis agree far below the noise: what closes in one closes in the other.
 const CLOSED_TOLERANCE: f64 = 0.02;
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(SLIDEWAY).args(arguments).env_remove("SLIDEWAY_DATA").env_remove("COLUMNS").output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 fn grinder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")

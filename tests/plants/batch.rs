@@ -28,7 +28,7 @@ fn commands(machine: &Machine, stroke: f64, feed: f64) -> Vec<Command> {
     follow(&motion.reference(period), period).collect()
 }
 
-fn assert_same(machines: &[Machine], driven: Driven, commands: &[Command], what: &str) {
+pub(super) fn assert_same(machines: &[Machine], driven: Driven, commands: &[Command], what: &str) {
     let mut together: Vec<Traces> = machines.iter().map(|_| Traces::default()).collect();
     run_together(
         machines.iter().map(twin).collect(),

@@ -5,6 +5,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 use std::fs;
 use std::path::Path;
 
+use super::batch::assert_same;
 use crate::support::{self, strokes::Strokes};
 use nalgebra::UnitQuaternion;
 use proptest::prelude::*;
@@ -19,7 +20,7 @@ use slideway::plant::rapier::Rig;
 use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::excitation::Excitation;
 use slideway::replay::recording::recorded;
-use slideway::replay::{Motion, PlantChoice, Recorded, Stroke, Traces, follow, run, run_together, simulate};
+use slideway::replay::{Motion, PlantChoice, Recorded, Stroke, follow, simulate};
 use slideway::solid::{GRAVITY_M_PER_S2, Solid};
 use slideway::twin::{Command, Driven, Sensing, Twin};
 use tempfile::TempDir;
@@ -542,26 +543,6 @@ fn exact_sliders_of_a_tilted_table_carry_the_weight_across_the_guide() {
 
 // ---- several at once -----------------------------------------------------------------------------
 
-fn assert_batch(machines: &[Machine], driven: Driven, commands: &[Command], name: &str) {
-    let mut together: Vec<Traces> = machines.iter().map(|_| Traces::default()).collect();
-    run_together(
-        machines.iter().map(axis).collect(),
-        driven,
-        commands.len(),
-        |_, k| commands[k],
-        |_| None,
-        |lane, _, sample| together[lane].push(sample),
-    );
-    for (k, (machine, traces)) in machines.iter().zip(&together).enumerate() {
-        let alone = run(&mut axis(machine), commands.iter().copied(), |_| ());
-        assert!(alone.position.iter().any(|x| *x != 0.0), "{name}: nothing moves");
-        assert_eq!(traces.position, alone.position, "{name}, twin {k}");
-        assert_eq!(traces.velocity, alone.velocity, "{name}, twin {k}");
-        assert_eq!(traces.effort_v, alone.effort_v, "{name}, twin {k}");
-        assert_eq!(traces.thrust, alone.thrust, "{name}, twin {k}");
-    }
-}
-
 #[test]
 fn exact_a_batch_with_weight_is_its_twins_one_by_one() {
     for machine in [tilted_worktable(0.35), read(&pendulum(), CASCADE)] {
@@ -579,14 +560,14 @@ fn exact_a_batch_with_weight_is_its_twins_one_by_one() {
         ];
         let (stroke, feed) = if revolute { (2.0, 4.0) } else { (0.03, 0.2667) };
         let commands = commands(&machine, stroke, feed);
-        assert_batch(&machines, Driven::ByControllers, &commands, "controllers");
+        assert_same(&machines, Driven::ByControllers, &commands, "controllers");
         let by_effort: Vec<Command> = (0..2000)
             .map(|k| Command { effort_v: Some((k as f64 * 0.01).sin()), ..Command::follow(0.0, 0.0) })
             .collect();
-        assert_batch(&machines, Driven::ByEffort, &by_effort, "effort");
+        assert_same(&machines, Driven::ByEffort, &by_effort, "effort");
         let by_force: Vec<Command> =
             by_effort.iter().map(|c| Command { thrust: c.effort_v, ..NO_FORCE }).collect();
-        assert_batch(&machines, Driven::ByForce, &by_force, "force");
+        assert_same(&machines, Driven::ByForce, &by_force, "force");
     }
 }
 

@@ -10,7 +10,7 @@ pub mod strokes;
 use std::ffi::OsString;
 use std::io::Write as _;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 use std::sync::OnceLock;
 
 /// What was looked for, or why it is not there and what to do.
@@ -62,6 +62,17 @@ pub fn keys_for(urdf: &str, toml: &str) -> String {
     let keys =
         [("force_n_per_v", "torque_nm_per_v"), ("resolution_m", "resolution_rad"), ("noise_m", "noise_rad")];
     keys.iter().fold(toml.to_owned(), |text, (sliding, turning)| text.replace(sliding, turning))
+}
+
+/// What the program says, as wide as where no terminal tells, and with no data but those that its arguments name.
+pub fn slideway(arguments: &[&str]) -> Output {
+    let mut program = Command::new(env!("CARGO_BIN_EXE_slideway"));
+    program.args(arguments).env_remove("SLIDEWAY_DATA").env_remove("COLUMNS").output().unwrap()
+}
+
+/// What a program printed, or a file holds.
+pub fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).unwrap()
 }
 
 /// Python with these packages, as `import` lists them.

@@ -1,6 +1,7 @@
 //! The catalogue of effects: what a law says of itself is what it does, and the program tells all of it.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use crate::support::slideway as run;
 use serde::Deserialize;
 use slideway::effect::{CONTROLLER_GAIN, Door, EffectId, Effects, Parameter, Stretch};
 use slideway::machine::Machine;
@@ -8,14 +9,8 @@ use slideway::recording::Signal;
 use slideway::report::example;
 use slideway::units::Motion;
 use std::path::Path;
-use std::process::{Command, Output};
 
-const SLIDEWAY: &str = env!("CARGO_BIN_EXE_slideway");
 const BAD_INPUT: Option<i32> = Some(2);
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(SLIDEWAY).args(arguments).env_remove("COLUMNS").output().unwrap()
-}
 
 fn shown(arguments: &[&str]) -> String {
     let output = run(arguments);

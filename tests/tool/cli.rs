@@ -1,23 +1,16 @@
 //! The program as a user runs it: what it writes, what it refuses, how it ends.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use crate::support::{slideway as run, text};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Command;
 
 use slideway::recording::{Recording, Role};
 use tempfile::TempDir;
 
 const SLIDEWAY: &str = env!("CARGO_BIN_EXE_slideway");
 const BAD_INPUT: Option<i32> = Some(2);
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(SLIDEWAY).args(arguments).env_remove("SLIDEWAY_DATA").output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 #[track_caller]
 fn succeeded(arguments: &[&str]) -> String {

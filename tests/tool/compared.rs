@@ -1,10 +1,10 @@
 //! A recording beside the machine's twin: the published figures, errors that are known, what is refused.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use crate::support::slideway;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use slideway::error::ErrorKind;
 use slideway::machine::Machine;
@@ -141,10 +141,6 @@ fn exact_a_run_without_reference_is_driven_by_its_effort() {
     let error = Compared::of(&blind, &grinder(), PlantChoice::Axis).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::Missing);
     assert!(error.to_string().contains("own.position_reference_m"), "{error}");
-}
-
-fn slideway(arguments: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_slideway")).args(arguments).env_remove("SLIDEWAY_DATA").output().unwrap()
 }
 
 #[track_caller]

@@ -1,6 +1,7 @@
 //! `slideway diagnose` as a user runs it: the JSON contract, exit codes, and refusals that leave nothing behind.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use crate::support::{slideway as run, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -14,14 +15,6 @@ const DONE: Option<i32> = Some(0);
 const GAP_FOUND: Option<i32> = Some(1);
 const BAD_INPUT: Option<i32> = Some(2);
 const EFFECT: &str = "coulomb_friction";
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(SLIDEWAY).args(arguments).env_remove("SLIDEWAY_DATA").env_remove("COLUMNS").output().unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 fn grinder() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")

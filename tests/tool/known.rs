@@ -2,9 +2,9 @@
 //! completions, the manual page.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use crate::support::slideway as run;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
 
 use serde_json::Value;
 use slideway::machine::{Description, Machine, file_tables};
@@ -12,14 +12,8 @@ use slideway::recording::{Recording, Signal};
 use slideway::report::kind_example;
 use slideway::{machine, recording};
 
-const SLIDEWAY: &str = env!("CARGO_BIN_EXE_slideway");
-
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
-}
-
-fn run(arguments: &[&str]) -> Output {
-    Command::new(SLIDEWAY).args(arguments).env_remove("SLIDEWAY_DATA").env_remove("COLUMNS").output().unwrap()
 }
 
 #[track_caller]
