@@ -4,11 +4,13 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::BufWriter;
+use std::io::{BufWriter, Cursor};
 use std::path::Path;
 
+use mcap::io::MessageReader;
 use mcap::records::MessageHeader;
-use mcap::{Compression, MessageStream, WriteOptions, Writer};
+use mcap::sans_io::LinearReaderOptions;
+use mcap::{Compression, WriteOptions, Writer};
 
 use super::cdr::{FLOAT64, JOINT_STATE, JointState, encoded_float64, float64};
 use super::loaded_table::{Content, LoadedTable};
@@ -26,15 +28,20 @@ const NS_PER_S: f64 = 1e9;
 /// Stamps beyond this count from an epoch, and not from a start: 1973.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
 
+/// The least limit of one record: lengths stand in the file, and a damaged one must not be believed. Larger files may hold larger records.
+const RECORD_LIMIT: usize = 64 << 20;
+
 /// Reads every joint and every number of a file.
 ///
 /// # Errors
-/// A damaged file, LZ4 chunks, no message of a known kind.
+/// A damaged file (checksums of chunks are compared), no message of a known kind.
 pub(super) fn read(path: &Path, bytes: &[u8], sha256: String) -> Result<LoadedTable> {
     let mut channels: BTreeMap<String, Vec<(i64, f64)>> = BTreeMap::new();
     let mut others: BTreeMap<String, String> = BTreeMap::new();
-    let stream = MessageStream::new(bytes).map_err(|error| damaged(&error))?;
-    for message in stream {
+    let options = LinearReaderOptions::default()
+        .with_validate_chunk_crcs(true)
+        .with_record_length_limit(bytes.len().max(RECORD_LIMIT));
+    for message in MessageReader::new_with_options(Cursor::new(bytes), options) {
         let message = message.map_err(|error| damaged(&error))?;
         let topic = &message.channel.topic;
         let kind = message.channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
@@ -165,6 +172,6 @@ fn nothing(others: &BTreeMap<String, String>) -> Error {
 fn damaged(error: &dyn std::fmt::Display) -> Error {
     Error::new(ErrorKind::Syntax)
         .found(error.to_string())
-        .expected("an MCAP file, uncompressed or compressed with Zstandard")
-        .remedy("repair it with `mcap recover`, or write it again: `mcap compress --compression zstd`")
+        .expected("a whole MCAP file, uncompressed or compressed with Zstandard or LZ4")
+        .remedy("repair it with `mcap recover`, or record it again")
 }

@@ -227,6 +227,39 @@ fn ref_mcap_of_ros_2_is_read() {
 }
 
 #[test]
+fn ref_mcap_compressed_with_lz4_is_read() {
+    let folder = TempDir::new().unwrap();
+    let packed = std::fs::File::create(folder.path().join("ros2.mcap")).unwrap();
+    let options = mcap::WriteOptions::new().compression(Some(mcap::Compression::Lz4));
+    let mut writer = mcap::Writer::with_options(packed, options).unwrap();
+    for message in mcap::io::MessageReader::new(std::fs::File::open(sample("ros2.mcap")).unwrap()) {
+        writer.write(&message.unwrap()).unwrap();
+    }
+    writer.finish().unwrap();
+    let manifest = "[[run]]\nfile = \"ros2.mcap\"\n[columns]\nposition_m = \"/joint_states/slide/position\"\n";
+    std::fs::write(folder.path().join("recording.toml"), manifest).unwrap();
+    is_sine(&positions(&Recording::read(folder.path()).unwrap()), 1.0);
+}
+
+/// A chunk of one record that says it is 2⁶¹ bytes long.
+#[test]
+fn exact_a_length_that_a_file_states_is_not_believed() {
+    let record = |opcode: u8, content: &[u8]| {
+        [&[opcode][..], &(content.len() as u64).to_le_bytes(), content].concat()
+    };
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
+    let inside = [&[5_u8][..], &(1_u64 << 61).to_le_bytes(), &[0; 32]].concat();
+    let size = (inside.len() as u64).to_le_bytes();
+    let chunk = [&[0_u8; 16][..], &size, &[0; 4], &text(""), &size, &inside].concat();
+    let header = record(1, &[text("ros2"), text("")].concat());
+    let folder = TempDir::new().unwrap();
+    let file = folder.path().join("long.mcap");
+    std::fs::write(&file, [b"\x89MCAP0\r\n".to_vec(), header, record(6, &chunk)].concat()).unwrap();
+    let error = TableLayout::of(&file).unwrap_err();
+    assert!(error.path().is_some() && error.to_string().contains("2305843009213693952"), "{error}");
+}
+
+#[test]
 fn exact_gzip_is_read_as_what_it_packs() {
     is_sine(&positions(&read_sample("log.csv.gz", "").unwrap()), 1.0);
 }
