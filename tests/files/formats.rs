@@ -236,7 +236,8 @@ fn ref_mcap_compressed_with_lz4_is_read() {
         writer.write(&message.unwrap()).unwrap();
     }
     writer.finish().unwrap();
-    let manifest = "[[run]]\nfile = \"ros2.mcap\"\n[columns]\nposition_m = \"/joint_states/slide/position\"\n";
+    let manifest =
+        "[[run]]\nfile = \"ros2.mcap\"\n[columns]\nposition_m = \"/joint_states/slide/position\"\n";
     std::fs::write(folder.path().join("recording.toml"), manifest).unwrap();
     is_sine(&positions(&Recording::read(folder.path()).unwrap()), 1.0);
 }
@@ -244,9 +245,8 @@ fn ref_mcap_compressed_with_lz4_is_read() {
 /// A chunk of one record that says it is 2⁶¹ bytes long.
 #[test]
 fn exact_a_length_that_a_file_states_is_not_believed() {
-    let record = |opcode: u8, content: &[u8]| {
-        [&[opcode][..], &(content.len() as u64).to_le_bytes(), content].concat()
-    };
+    let record =
+        |opcode: u8, content: &[u8]| [&[opcode][..], &(content.len() as u64).to_le_bytes(), content].concat();
     let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
     let inside = [&[5_u8][..], &(1_u64 << 61).to_le_bytes(), &[0; 32]].concat();
     let size = (inside.len() as u64).to_le_bytes();
