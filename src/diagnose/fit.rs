@@ -1,5 +1,6 @@
 //! Bounded least squares of a hypothesis on training runs.
 
+use super::descent::{Arrived, descend};
 use super::experiment::Experiment;
 use super::hypothesis::{EffectSet, Free, Freedom, Hypothesis};
 use super::noise::Floor;
@@ -62,19 +63,6 @@ impl Fit {
 
 /// Steps along a narrow, curved valley are short: motor constants, mass and friction compensate each other.
 const MOST_ITERATIONS: usize = 60;
-/// Damping of the first step: small, since what is new in a hypothesis and what is calibrated beside it often compensate
-/// each other almost wholly (drag and back-EMF), and a damped step does not leave such a valley's wall.
-const FIRST_DAMPING: f64 = 1e-6;
-/// Damping below which a step is that of Gauss and Newton, also along a valley in which numbers compensate each other to 10⁻⁶ and
-/// the tolerances alone tell them apart.
-const LEAST_DAMPING: f64 = 1e-14;
-/// Damping beyond which a step is a hundredth of that down the gradient, number by number: none that falls is longer.
-const MOST_DAMPING: f64 = 100.0;
-/// What a step that falls makes of the damping, and one that does not: tenfold as D. W. Marquardt (1963), *An algorithm for
-/// least-squares estimation of nonlinear parameters*, J. SIAM 11:431, and faster upward, where each trial costs a replay. They
-/// change how soon a fit arrives, not where.
-const LESS_DAMPING: f64 = 0.1;
-const MORE_DAMPING: f64 = 20.0;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
 const ROUGH_ITERATIONS: usize = 8;
 /// Relative fall of the sum of squares below which a rough fit has arrived.
@@ -128,21 +116,21 @@ pub enum Care<'a> {
 }
 
 impl<'a> Care<'a> {
-    fn iterations(self) -> usize {
+    pub(super) fn iterations(self) -> usize {
         match self {
             Self::Rough(_) => ROUGH_ITERATIONS,
             Self::Thorough => MOST_ITERATIONS,
         }
     }
 
-    fn arrived(self) -> f64 {
+    pub(super) fn arrived(self) -> f64 {
         match self {
             Self::Rough(_) => ROUGHLY_ARRIVED,
             Self::Thorough => ARRIVED,
         }
     }
 
-    fn known(self) -> Option<&'a Sensitivities> {
+    pub(super) fn known(self) -> Option<&'a Sensitivities> {
         match self {
             Self::Rough(known) => Some(known),
             Self::Thorough => None,
@@ -153,8 +141,7 @@ impl<'a> Care<'a> {
 /// Fits a hypothesis from its starts, or from `warm` alone, and keeps the best.
 ///
 /// # Model
-/// Of several starts, those that already replay best are descended from. Levenberg–Marquardt with bounds: numbers on a
-/// bound whose gradient points outward are held, the others move. Residuals far outside their own spread count
+/// Of several starts, those that already replay best are descended from. Levenberg–Marquardt between bounds. Residuals far outside their own spread count
 /// linearly (Huber). Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples,
 /// which holds for autocorrelated and uneven residuals alike.
 ///
@@ -188,12 +175,6 @@ pub fn fit(
     finish(&objective, arrived, care)
 }
 
-/// Where a descent ended: values, and the residuals there.
-struct Arrived {
-    values: Vec<f64>,
-    residuals: DVector<f64>,
-}
-
 /// Of several starts, those whose replays come closest. One run ranks them, the one that goes farthest and so passes the most places;
 /// the descents from the best of them see all runs.
 fn promising(objective: &Objective) -> Result<Vec<Vec<f64>>> {
@@ -220,144 +201,6 @@ fn travel(experiment: &Experiment) -> f64 {
 
 fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
     hypothesis.free.iter().zip(values).map(|(free, v)| v.clamp(free.range.0, free.range.1)).collect()
-}
-
-fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Arrived> {
-    let free = &objective.hypothesis.free;
-    let mut residuals = objective.residuals(&values)?;
-    let mut damping = FIRST_DAMPING;
-    if free.is_empty() {
-        return Ok(Arrived { values, residuals });
-    }
-    for _ in 0..care.iterations() {
-        let weights = objective.weights(&residuals);
-        let cost = objective.cost(&residuals, &weights, &values);
-        let jacobian = objective.jacobian(&values, &residuals, care.known())?;
-        let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
-        let held = held_numbers(free, &values, &normal, &gradient);
-        let whole = bounded_step(free, &values, (&normal, &gradient), &held, LEAST_DAMPING);
-        let fall = whole.map(|moved| predicted_fall(free, &values, &moved, (&normal, &gradient)));
-        if fall.is_some_and(|fall| fall <= care.arrived() * cost) {
-            break;
-        }
-        let mut improved = false;
-        while damping < MOST_DAMPING {
-            let Some(moved) = bounded_step(free, &values, (&normal, &gradient), &held, damping) else {
-                damping *= MORE_DAMPING;
-                continue;
-            };
-            if moved == values {
-                break;
-            }
-            let trial = objective.residuals(&moved)?;
-            let trial_cost = objective.cost(&trial, &weights, &moved);
-            if trial_cost < cost {
-                let fall = (cost - trial_cost) / cost;
-                (values, residuals) = (moved, trial);
-                // A narrow valley, in which numbers compensate each other, is walked along only by a step that is hardly
-                // damped: a fit has arrived when that one falls no further.
-                let arrived = fall <= care.arrived();
-                let damped = damping > LEAST_DAMPING && matches!(care, Care::Thorough);
-                improved = !arrived || damped;
-                damping = if arrived { LEAST_DAMPING } else { (damping * LESS_DAMPING).max(LEAST_DAMPING) };
-                break;
-            }
-            damping *= MORE_DAMPING;
-        }
-        if !improved {
-            break;
-        }
-    }
-    Ok(Arrived { values, residuals })
-}
-
-/// Fall of the cost that the linear model predicts for a move, twice the Newton decrement for a whole step.
-fn predicted_fall(
-    free: &[Free],
-    values: &[f64],
-    moved: &[f64],
-    (normal, gradient): (&DMatrix<f64>, &DVector<f64>),
-) -> f64 {
-    let step = DVector::from_fn(free.len(), |k, _| (moved[k] - values[k]) / free[k].scale);
-    -2.0 * gradient.dot(&step) - step.dot(&(normal * &step))
-}
-
-/// Numbers that stay where they are: those that a hypothesis holds, and those on an edge of their range that would go beyond it
-/// when all others have made the best of their place (the multiplier of the bound has the sign of one that binds).
-///
-/// # Source
-/// Nocedal, Wright, *Numerical Optimization*, 2nd ed. (2006), section 16.5.
-fn held_numbers(free: &[Free], values: &[f64], normal: &DMatrix<f64>, gradient: &DVector<f64>) -> Vec<bool> {
-    // Into the range: up from the lower edge, down from the upper.
-    let inward = |k: usize| match free[k].range {
-        _ if free[k].held => None,
-        (low, _) if values[k] <= low => Some(1.0),
-        (_, high) if values[k] >= high => Some(-1.0),
-        _ => None,
-    };
-    let mut held: Vec<bool> = (0..free.len()).map(|k| free[k].held || inward(k).is_some()).collect();
-    loop {
-        let fixed: Vec<Option<f64>> = held.iter().map(|held| held.then_some(0.0)).collect();
-        let Some(step) = damped_step(normal, gradient, &fixed, LEAST_DAMPING) else { return held };
-        let slope = gradient + normal * step;
-        let fall = |k: usize| Some(-inward(k)? * slope[k] / normal[(k, k)].max(f64::MIN_POSITIVE).sqrt());
-        let falls = (0..free.len()).filter(|&k| held[k]).filter_map(|k| Some((k, fall(k)?)));
-        match falls.filter(|(_, fall)| *fall > 0.0).max_by(|a, b| a.1.total_cmp(&b.1)) {
-            Some((k, _)) => held[k] = false,
-            None => return held,
-        }
-    }
-}
-
-/// Values after a damped step: numbers that it would take out of their range go to its edge, and the others make the
-/// best of that; merely cut off, it would leave the valley in which numbers compensate each other.
-fn bounded_step(
-    free: &[Free],
-    values: &[f64],
-    (normal, gradient): (&DMatrix<f64>, &DVector<f64>),
-    held: &[bool],
-    damping: f64,
-) -> Option<Vec<f64>> {
-    let mut fixed: Vec<Option<f64>> = held.iter().map(|held| held.then_some(0.0)).collect();
-    loop {
-        let step = damped_step(normal, gradient, &fixed, damping)?;
-        let wanted = |k: usize| values[k] + step[k] * free[k].scale;
-        let inside = |k: usize| wanted(k).clamp(free[k].range.0, free[k].range.1);
-        let beyond = (0..free.len()).filter(|&k| fixed[k].is_none() && inside(k) != wanted(k));
-        let beyond: Vec<usize> = beyond.collect();
-        if beyond.is_empty() {
-            return Some((0..free.len()).map(inside).collect());
-        }
-        for k in beyond {
-            fixed[k] = Some((inside(k) - values[k]) / free[k].scale);
-        }
-    }
-}
-
-/// The damped step with some numbers' steps given.
-fn damped_step(
-    normal: &DMatrix<f64>,
-    gradient: &DVector<f64>,
-    fixed: &[Option<f64>],
-    damping: f64,
-) -> Option<DVector<f64>> {
-    let mut matrix = normal.clone();
-    let mut right = -gradient;
-    for (k, step) in fixed.iter().enumerate() {
-        match step {
-            Some(step) => right.axpy(-step, &normal.column(k), 1.0),
-            None => matrix[(k, k)] += damping * normal[(k, k)].max(1e-12),
-        }
-    }
-    for (k, step) in fixed.iter().enumerate() {
-        if let Some(step) = step {
-            matrix.row_mut(k).fill(0.0);
-            matrix.column_mut(k).fill(0.0);
-            matrix[(k, k)] = 1.0;
-            right[k] = *step;
-        }
-    }
-    matrix.cholesky().map(|factor| factor.solve(&right))
 }
 
 /// Blocks of consecutive samples for the sandwich, over all runs together at least.

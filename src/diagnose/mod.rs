@@ -5,11 +5,13 @@
 
 mod amplitude;
 mod attribute;
+mod bounded;
 pub mod check;
 pub mod compare;
 mod conclude;
 pub mod cut;
 mod dead_reference;
+mod descent;
 pub mod estimate;
 pub mod evidence;
 pub mod experiment;

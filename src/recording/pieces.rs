@@ -227,9 +227,9 @@ fn piece(run: &Run, samples: Range<usize>) -> Run {
     run.part(samples, entry)
 }
 
-/// Position and velocity at a sample, from a parabola through the positions on both sides; a velocity that their scatter
-/// explains is none.
-fn entry(run: &Run, sample: usize) -> Option<[f64; 2]> {
+/// Position, velocity and acceleration at a sample, from a parabola through the positions on both sides; a velocity or an acceleration
+/// that their scatter explains is none.
+fn entry(run: &Run, sample: usize) -> Option<[f64; 3]> {
     let position = run.signal(Signal::Position)?;
     let wanted = ((ENTRY_S / run.sample_period_s()).round() as usize).max(3);
     let half = wanted.min(sample).min(run.len() - 1 - sample);
@@ -242,8 +242,11 @@ fn entry(run: &Run, sample: usize) -> Option<[f64; 2]> {
     let inverse = (matrix.transpose() * &matrix).try_inverse()?;
     let fit = &inverse * matrix.transpose() * &target;
     let variance = (&target - &matrix * &fit).norm_squared() / window.len().saturating_sub(3).max(1) as f64;
-    let moves = fit[1].abs() > MOVES_STANDARD_ERRORS * (variance * inverse[(1, 1)]).sqrt();
-    Some([position[sample] + fit[0], if moves { fit[1] } else { 0.0 }])
+    let shown = |power: usize| {
+        let shows = fit[power].abs() > MOVES_STANDARD_ERRORS * (variance * inverse[(power, power)]).sqrt();
+        if shows { fit[power] } else { 0.0 }
+    };
+    Some([position[sample] + fit[0], shown(1), 2.0 * shown(2)])
 }
 
 /// Stretches of the runs that hold most of their motion within so many samples; all of them where they fit.

@@ -58,7 +58,7 @@ pub struct Run {
     signals: Arc<BTreeMap<Signal, Vec<f64>>>,
     extra_columns: Arc<BTreeMap<String, Vec<f64>>>,
     instants_s: Option<Arc<Vec<f64>>>,
-    entry: Option<[f64; 2]>,
+    entry: Option<[f64; 3]>,
     /// Name of the run that it is a part of.
     whole: Option<String>,
     /// What it may be used for, where that was declared.
@@ -241,9 +241,9 @@ impl Run {
         Ok(run)
     }
 
-    /// Position and velocity at the first sample of a run that was cut out of a longer one, read from the samples on
+    /// Position, velocity and acceleration at the first sample of a run that was cut out of a longer one, read from the samples on
     /// both sides of the cut.
-    pub fn entry(&self) -> Option<[f64; 2]> {
+    pub fn entry(&self) -> Option<[f64; 3]> {
         self.entry
     }
 
@@ -253,7 +253,7 @@ impl Run {
     }
 
     /// Some samples of the run as a run of its own, named by its times, at its place in file and session, with its state there.
-    pub(super) fn part(&self, samples: Range<usize>, entry: Option<[f64; 2]>) -> Self {
+    pub(super) fn part(&self, samples: Range<usize>, entry: Option<[f64; 3]>) -> Self {
         let whole = self.whole.as_ref().unwrap_or(&self.name);
         let [from, to] = [samples.start, samples.end].map(|sample| self.file_time_s(sample));
         let name = format!("{whole} {from:.3}-{to:.3} s");

@@ -12,7 +12,7 @@ use crate::plant::Plant;
 use crate::plant::axis::Axis;
 use crate::recording::{FEEDFORWARD_KEY, Run, Signal};
 use crate::sensor::LogScale;
-use crate::twin::{Command, Driven, Sensing, Twin};
+use crate::twin::{Command, Driven, GuideStart, Sensing, Twin};
 use std::sync::Arc;
 
 /// How a recorded run begins, in SI.
@@ -22,6 +22,8 @@ pub struct Start {
     pub position: f64,
     /// Velocity at the first sample; exactly zero where the run begins at rest.
     pub velocity: f64,
+    /// Acceleration at the first sample, where it is known: zero at rest, read on both sides of a cut, else none.
+    pub acceleration: Option<f64>,
     /// Commanded voltage at the first sample, where it was logged.
     pub effort_v: Option<f64>,
     /// Motor current at the first sample, where it was logged.
@@ -60,6 +62,7 @@ impl Start {
             return Self {
                 position: mean(position),
                 velocity: 0.0,
+                acceleration: Some(0.0),
                 effort_v: run.signal(Signal::ControlEffort).map(mean),
                 current: run.signal(Signal::Current).map(mean),
                 reading: None,
@@ -72,13 +75,17 @@ impl Start {
         let (at_start, slope, slope_error) = parabola(first, |row| run.time_s(row));
         let moves = slope.abs() > REST_STANDARD_ERRORS * slope_error && first.len() >= 5;
         // What was cut out of a longer run begins in a state that is known better.
-        let read = if moves { [at_start, slope] } else { [mean, 0.0] };
-        let [position, velocity] = run.entry().unwrap_or(read);
+        let (position, velocity, acceleration) = match run.entry() {
+            Some([position, velocity, acceleration]) => (position, velocity, Some(acceleration)),
+            None if moves => (at_start, slope, None),
+            None => (mean, 0.0, Some(0.0)),
+        };
         let moves = velocity != 0.0;
         let first_of = |signal| run.signal(signal).and_then(|samples| samples.first().copied());
         Self {
             position,
             velocity,
+            acceleration,
             effort_v: first_of(Signal::ControlEffort),
             current: match run.signal(Signal::Current) {
                 // One sample of a noisy current would kick the axis; at rest a few milliseconds change little.
@@ -117,6 +124,32 @@ impl Start {
             Circuit::Direct { .. } => 0.0,
         };
         self.current.or_else(|| self.commanded_v().map(settled)).unwrap_or(0.0)
+    }
+
+    /// The motor's force or torque, ripple left out, in N or N·m.
+    pub fn motor_force(&self, constants: &Constants) -> f64 {
+        match constants.circuit {
+            Circuit::Winding { force_constant, .. } => force_constant * self.current_a(constants),
+            Circuit::Direct { force_per_volt } => {
+                let amplifier = &constants.amplifier;
+                let applied_v = |commanded_v| amplifier.gain() * amplifier.output_v(commanded_v);
+                force_per_volt * self.commanded_v().map_or(0.0, applied_v)
+            }
+        }
+    }
+
+    /// Sets a twin that was started here: its current, its clock, and the bristles of its friction, which hold what acts or slide.
+    pub(super) fn settle<P: Plant>(&self, twin: &mut Twin<P>, machine: &Machine, begins_s: f64) {
+        let constants = machine.constants();
+        twin.set_current(self.current_a(&constants));
+        twin.set_clock(begins_s);
+        let (motor, weight) = (self.motor_force(&constants), machine.weight());
+        let taken = |acceleration| constants.moving_mass * acceleration + constants.viscous * self.velocity;
+        twin.settle_friction(GuideStart {
+            motor,
+            weight: weight.map_or(0.0, |weight| weight.effort(twin.state()[0])),
+            inertial: self.acceleration.map(taken),
+        });
     }
 }
 
@@ -343,8 +376,7 @@ impl Recorded {
             };
             twin.take_over(commanded_v - feedforward_v - first.disturbance_v, input);
         }
-        twin.set_current(start.current_a(&machine.constants()));
-        twin.set_clock(self.begins_s);
+        start.settle(&mut twin, machine, self.begins_s);
         if let Some(command) = self.resting().filter(|_| shakes(machine)) {
             // A vibration was there before the run began: base, drive and controller have settled into it.
             twin.set_clock(self.begins_s - SHAKEN_S);

@@ -250,12 +250,15 @@ impl Windowed {
         let (first, start) = (self.restarts.first(), self.start.unscaled(constants.log_scale));
         let (position, velocity) =
             first.map_or((start.position, start.velocity), |r| (r.position, r.velocity));
-        twin.start(position, velocity + faster, start.commanded_v().unwrap_or(0.0));
+        // The bristles are where the measured state left them, whatever is added to its velocity.
+        twin.start(position, velocity, start.commanded_v().unwrap_or(0.0));
         if let Some(shown) = start.load_position {
             twin.set_load_reading(shown);
         }
-        twin.set_current(start.current_a(&constants));
-        twin.set_clock(self.run.begins_s);
+        start.settle(&mut twin, machine, self.run.begins_s);
+        if faster != 0.0 {
+            twin.restart(position, velocity + faster);
+        }
         twin
     }
 

@@ -48,6 +48,17 @@ pub(super) struct Laws {
     loaded: Option<(f64, Load)>,
 }
 
+/// What acts on the guide where a replay begins, in N or N·m.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct GuideStart {
+    /// The motor's force, ripple left out.
+    pub motor: f64,
+    /// Weight along the joint.
+    pub weight: f64,
+    /// m·a + c·v, where the acceleration is known.
+    pub inertial: Option<f64>,
+}
+
 impl Laws {
     /// The machine's laws; those that a plant which `carries_weight` does not need left out.
     pub fn of(machine: &Machine, carries_weight: bool) -> Self {
@@ -247,6 +258,31 @@ impl Laws {
             _ => friction(coast, step_s, |direction, speed| {
                 level(direction, speed) + direction * self.drag * speed
             }),
+        }
+    }
+
+    /// The bristles' force at a position and with a velocity at which a replay begins; 0 without bristles.
+    ///
+    /// Where the acceleration is known they take what the balance of forces leaves to them, as far as they can:
+    /// `f = m·a + c·v − F_motor − F_push − F_weight` between `−g(+, |v|)` and `g(−, |v|)`. Where it is not they slide:
+    /// `f = −sgn(v)·g(sgn v, |v|)`.
+    pub fn settled_bristle(&self, [position, velocity]: [f64; 2], clock_s: f64, start: GuideStart) -> f64 {
+        if self.dry.bristle.is_none() {
+            return 0.0;
+        }
+        let pushes = self.pushes.iter().map(|effect| effect.push(position, velocity));
+        let shakes = self.shakes.iter().map(|effect| effect.shake(clock_s));
+        let acting = start.motor * self.ripple(position) + pushes.chain(shakes).sum::<f64>() + start.weight;
+        let balance = start.inertial.map(|inertial| inertial - acting);
+        let loaded = self.loaded.as_ref().map_or(0.0, |(coefficient, of)| {
+            coefficient * of.magnitude(None, [start.motor, balance.unwrap_or(0.0)], position)
+        });
+        let level = |direction: f64| {
+            self.dry.level_at(self.dry.level(direction, velocity.abs()) + loaded, position, clock_s)
+        };
+        match balance {
+            Some(force) => force.max(-level(1.0)).min(level(-1.0)),
+            None => -velocity.signum() * level(velocity.signum()),
         }
     }
 

@@ -15,7 +15,7 @@ mod linear;
 mod path;
 
 pub use batch::{Batch, Driven};
-pub use laws::load_positions;
+pub use laws::{GuideStart, load_positions};
 pub use linear::{LinearLoop, LinearPlant};
 
 use crate::controller::Input;
@@ -146,6 +146,11 @@ impl<P: Plant> Twin<P> {
     /// Sets the motor's current in A.
     pub fn set_current(&mut self, current: f64) {
         self.plant.set_current(current);
+    }
+
+    /// Deflects the bristles of the guide's friction as these forces ask; [`start`](Self::start) leaves them undeflected.
+    pub fn settle_friction(&mut self, start: GuideStart) {
+        self.path.settle_friction(self.state(), start);
     }
 
     /// The plant.

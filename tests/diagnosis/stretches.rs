@@ -162,7 +162,7 @@ fn exact_a_run_that_never_stands_is_cut_where_it_is_fastest() {
     let cut = split.cut.unwrap();
     assert!(cut.in_motion && cut.at_s.len() == 1 && (cut.at_s[0] - 6.0).abs() < 0.8, "{cut:?}");
     let [held_out] = split.held_out.runs() else { panic!("{cut:?}") };
-    let [position, velocity] = held_out.entry().unwrap();
+    let [position, velocity, _] = held_out.entry().unwrap();
     assert!((position - held_out.signal(Signal::Position).unwrap()[0]).abs() < 1e-7);
     assert!(velocity.abs() > 0.95 * amplitude * omega && velocity.abs() < 1.01 * amplitude * omega);
     assert!(split.training.runs()[0].entry().is_none());

@@ -1,0 +1,122 @@
+//! Levenberg–Marquardt between bounds: from a start to where a hypothesis fits best.
+
+use super::bounded;
+use super::fit::Care;
+use super::hypothesis::Free;
+use super::objective::Objective;
+use crate::error::Result;
+use nalgebra::{DMatrix, DVector};
+
+/// Damping of the first step: small, since what is new in a hypothesis and what is calibrated beside it often compensate
+/// each other almost wholly (drag and back-EMF), and a damped step does not leave such a valley's wall.
+const FIRST_DAMPING: f64 = 1e-6;
+/// Damping below which a step is that of Gauss and Newton, also along a valley in which numbers compensate each other to 10⁻⁶ and
+/// the tolerances alone tell them apart.
+const LEAST_DAMPING: f64 = 1e-14;
+/// Damping beyond which a step is a hundredth of that down the gradient, number by number: none that falls is longer.
+const MOST_DAMPING: f64 = 100.0;
+/// What a step that falls makes of the damping, and one that does not: tenfold as D. W. Marquardt (1963), *An algorithm for
+/// least-squares estimation of nonlinear parameters*, J. SIAM 11:431, and faster upward, where each trial costs a replay. They
+/// change how soon a fit arrives, not where.
+const LESS_DAMPING: f64 = 0.1;
+const MORE_DAMPING: f64 = 20.0;
+/// Least element of the diagonal that damps: a number that nothing tells stays where it is.
+const LEAST_DIAGONAL: f64 = 1e-12;
+
+/// Where a descent ended: values, and the residuals there.
+pub(super) struct Arrived {
+    pub(super) values: Vec<f64>,
+    pub(super) residuals: DVector<f64>,
+}
+
+/// Descends from a start until a step falls no further.
+///
+/// # Errors
+/// A setting of a run that the machine does not have.
+pub(super) fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Arrived> {
+    let free = &objective.hypothesis.free;
+    let mut residuals = objective.residuals(&values)?;
+    let mut damping = FIRST_DAMPING;
+    if free.is_empty() {
+        return Ok(Arrived { values, residuals });
+    }
+    for _ in 0..care.iterations() {
+        let weights = objective.weights(&residuals);
+        let cost = objective.cost(&residuals, &weights, &values);
+        let jacobian = objective.jacobian(&values, &residuals, care.known())?;
+        let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
+        let model = Model { free, values: &values, normal, gradient };
+        let fall = model.step(LEAST_DAMPING).map(|step| model.fall(&step));
+        if fall.is_some_and(|fall| fall <= care.arrived() * cost) {
+            break;
+        }
+        let mut next = None;
+        while damping < MOST_DAMPING {
+            let moved = model.step(damping).map(|step| model.moved(&step));
+            if moved.as_ref() == Some(&values) {
+                break;
+            }
+            if let Some(moved) = moved {
+                let trial = objective.residuals(&moved)?;
+                let trial_cost = objective.cost(&trial, &weights, &moved);
+                if trial_cost < cost {
+                    next = Some((moved, trial, (cost - trial_cost) / cost));
+                    break;
+                }
+            }
+            damping *= MORE_DAMPING;
+        }
+        let Some((moved, trial, fall)) = next else { break };
+        (values, residuals) = (moved, trial);
+        // A narrow valley, in which numbers compensate each other, is walked along only by a step that is hardly
+        // damped: a fit has arrived when that one falls no further.
+        let arrived = fall <= care.arrived();
+        if arrived && !(damping > LEAST_DAMPING && matches!(care, Care::Thorough)) {
+            break;
+        }
+        damping = if arrived { LEAST_DAMPING } else { (damping * LESS_DAMPING).max(LEAST_DAMPING) };
+    }
+    Ok(Arrived { values, residuals })
+}
+
+/// The cost near some values as a quadratic form; steps are in units of the numbers' scales.
+struct Model<'a> {
+    free: &'a [Free],
+    values: &'a [f64],
+    normal: DMatrix<f64>,
+    gradient: DVector<f64>,
+}
+
+impl Model<'_> {
+    /// The damped step that makes the form least inside the ranges.
+    fn step(&self, damping: f64) -> Option<DVector<f64>> {
+        let mut matrix = self.normal.clone();
+        for k in 0..self.free.len() {
+            matrix[(k, k)] += damping * matrix[(k, k)].max(LEAST_DIAGONAL);
+        }
+        let bounds = self.free.iter().zip(self.values).map(|(free, value)| match free.held {
+            true => (0.0, 0.0),
+            false => {
+                let (low, high) = free.range;
+                (((low - value) / free.scale).min(0.0), ((high - value) / free.scale).max(0.0))
+            }
+        });
+        bounded::least(&matrix, &self.gradient, &bounds.collect::<Vec<_>>())
+    }
+
+    /// Fall of the cost that the form predicts for a step, twice the Newton decrement for a whole one.
+    fn fall(&self, step: &DVector<f64>) -> f64 {
+        -2.0 * self.gradient.dot(step) - step.dot(&(&self.normal * step))
+    }
+
+    /// Values after a step; what ends on an edge is there exactly.
+    fn moved(&self, step: &DVector<f64>) -> Vec<f64> {
+        let pairs = self.free.iter().zip(self.values).enumerate();
+        pairs
+            .map(|(k, (free, value))| match step[k] == 0.0 {
+                true => *value,
+                false => (value + step[k] * free.scale).clamp(free.range.0, free.range.1),
+            })
+            .collect()
+    }
+}
