@@ -327,7 +327,9 @@ fn ref_without_the_true_effect_the_answer_is_unknown() {
         let catalogue: Vec<EffectId> = EffectId::ALL.iter().copied().filter(|e| e.name() != effect).collect();
         let options = Options { catalogue: &catalogue, ..Options::default() };
         let d = diagnose(&machine_for(&keys), &recording(&keys, seed as u64), &options).unwrap();
-        println!("without {effect}: {:?}, {:?}", d.verdict, d.left.as_ref().map(|left| &left.sentence));
+        let named: Vec<&str> = d.causes.iter().map(|c| c.effect.as_str()).collect();
+        let gap = &d.gap;
+        println!("without {effect}: {:?} {named:?} G {:.1} -> {:.2}", d.verdict, gap.before, gap.after);
         assert_eq!(d.verdict, Verdict::Unknown, "{effect}");
         assert!(d.left.is_some(), "{effect}");
     }
