@@ -62,7 +62,8 @@ fn fold(line: &str, width: usize) -> String {
 fn indent(line: &str) -> usize {
     let letters: Vec<char> = line.chars().collect();
     let begin = letters.iter().take_while(|letter| **letter == ' ').count();
-    let gap = (begin..letters.len().min(LABEL)).find(|&k| letters[k] == ' ' && letters.get(k + 1) == Some(&' '));
+    let gap =
+        (begin..letters.len().min(LABEL)).find(|&k| letters[k] == ' ' && letters.get(k + 1) == Some(&' '));
     let text = gap.map(|gap| gap + letters[gap..].iter().take_while(|letter| **letter == ' ').count());
     text.filter(|text| *text <= LABEL && *text < letters.len()).unwrap_or(begin + 2)
 }

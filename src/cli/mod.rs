@@ -276,7 +276,11 @@ fn told_width() -> Option<usize> {
 fn set(command: &Command, out: Vec<u8>) -> Vec<u8> {
     let is_text = !matches!(
         command,
-        Command::Schema(_) | Command::Completions(_) | Command::Man(_) | Command::Kinds(_) | Command::Effects(_)
+        Command::Schema(_)
+            | Command::Completions(_)
+            | Command::Man(_)
+            | Command::Kinds(_)
+            | Command::Effects(_)
     );
     match (told_width().filter(|_| is_text), String::from_utf8(out)) {
         (Some(width), Ok(text)) => fold::folded(&text, width.max(LEAST_COLUMNS)).into_bytes(),

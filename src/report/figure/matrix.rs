@@ -55,7 +55,8 @@ fn cell(draw: &mut Draw, [x, y]: [f64; 2], [width, height]: [f64; 2], value: f64
     let full = if value.is_finite() { value.abs().min(1.0) } else { 0.0 };
     draw.cell([x, y], [width, height], &format!("f {}", ink.class()), full);
     if width > NUMBERED {
-        let text = if value.abs() < 0.005 { "0".to_owned() } else { format!("{value:.2}").replace('-', "−") };
+        let text =
+            if value.abs() < 0.005 { "0".to_owned() } else { format!("{value:.2}").replace('-', "−") };
         let class = if full > FULL { "onheat" } else { "" };
         draw.text([x + 0.5 * width, y + 0.5 * height + 4.0], FONT - 1.0, class, "middle", &text);
     }

@@ -3,9 +3,9 @@
 use super::page::Part;
 use super::scale::{Scale, force_word, speed_word};
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
+use crate::report::material::Force;
 use crate::report::material::Material;
 use crate::report::material::partial::{Partial, PartialForce, PartialSignal, Quantity};
-use crate::report::material::Force;
 use crate::report::sentence::phrase;
 use crate::units::Motion;
 
@@ -15,7 +15,8 @@ pub(super) fn append(part: &mut Part, material: &Material) {
     if list.is_empty() || matches!((&list[..], &material.force), ([Partial::Force(_)], Some(_))) {
         return;
     }
-    let panels: Vec<Panel> = list.iter().filter_map(|partial| panel(partial, material)).map(Panel::Chart).collect();
+    let panels: Vec<Panel> =
+        list.iter().filter_map(|partial| panel(partial, material)).map(Panel::Chart).collect();
     let caption = "Each cause by itself: what the twin lacks that has all the other causes and the calibration, and the law of \
                    this one. A law fits where it runs through its dots.";
     let figure = Figure::new("partial", caption, panels)

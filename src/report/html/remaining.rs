@@ -23,7 +23,9 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
     );
     let lags = first.whiteness.degrees_of_freedom;
     let panels = list.iter().enumerate().map(|(k, of)| Panel::Chart(chart(of, k + 1 == list.len())));
-    let caption = format!("Autocorrelation of what is left over {lags} lags; white within the band in 95 % of the lags.");
+    let caption = format!(
+        "Autocorrelation of what is left over {lags} lags; white within the band in 95 % of the lags."
+    );
     let figure = Figure::new("remaining", caption, panels.collect())
         .legend([(Ink::After, "autocorrelation"), (Ink::Noise, "95 % band of white noise")]);
     part.figure(figure);
@@ -36,7 +38,11 @@ fn row(of: &Remaining) -> Vec<String> {
     let (lag, r) = largest.map_or((0, 0.0), |(k, r)| (k + 1, *r));
     vec![
         name(&of.signal),
-        if test.statistic < 1000.0 { format!("{:.0}", test.statistic) } else { format!("{:.2e}", test.statistic) },
+        if test.statistic < 1000.0 {
+            format!("{:.0}", test.statistic)
+        } else {
+            format!("{:.2e}", test.statistic)
+        },
         test.degrees_of_freedom.to_string(),
         if test.p_value < 1e-4 { "< 0.0001".to_owned() } else { format!("{:.4}", test.p_value) },
         if test.is_white() { "yes" } else { "no" }.to_owned(),

@@ -196,12 +196,16 @@ mod tests {
         };
         let points = [0.9, 0.9, 0.1, 0.9, 0.2, 0.8, 0.7].map(point);
         let found = ribbons(&points, &[[1.0, 0.0, 2.0]; 7]);
-        let counts: Vec<usize> =
-            found.iter().map(|m| if let Mark::Ribbon { points, .. } = m { points.len() } else { 0 }).collect();
+        let counts: Vec<usize> = found
+            .iter()
+            .map(|m| if let Mark::Ribbon { points, .. } = m { points.len() } else { 0 })
+            .collect();
         assert_eq!(counts, [2, 2]);
         // 1 ± 0.2 in dB.
         let [_, low, high] = magnitude_band(&points[0]);
-        assert!((low - 20.0 * 0.8_f64.log10()).abs() < 1e-12 && (high - 20.0 * 1.2_f64.log10()).abs() < 1e-12);
+        assert!(
+            (low - 20.0 * 0.8_f64.log10()).abs() < 1e-12 && (high - 20.0 * 1.2_f64.log10()).abs() < 1e-12
+        );
     }
 
     #[test]

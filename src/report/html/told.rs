@@ -125,7 +125,9 @@ mod tests {
         };
         assert_eq!(judged(&number), "well");
         assert_eq!(judged(&ToldNumber { relative_half_width: Some(0.3), ..number.clone() }), "roughly");
-        assert!(judged(&ToldNumber { relative_half_width: Some(1.3), ..number.clone() }).starts_with("hardly"));
+        assert!(
+            judged(&ToldNumber { relative_half_width: Some(1.3), ..number.clone() }).starts_with("hardly")
+        );
         let together = ToldNumber { widened_by_others: Some(7.0), ..number.clone() };
         assert_eq!(judged(&together), "only together with 2");
         assert_eq!(judged(&ToldNumber { widened_by_others: None, ..number.clone() }), "only together with 2");

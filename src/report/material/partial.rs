@@ -169,7 +169,8 @@ fn of_signal(
             continue;
         };
         let law: Vec<f64> = has.iter().zip(lacks).map(|(has, lacks)| has - lacks).collect();
-        let moved = law.iter().map(|x| x * x).sum::<f64>().sqrt() / floor.sigma(signal).max(f64::MIN_POSITIVE);
+        let moved =
+            law.iter().map(|x| x * x).sum::<f64>().sqrt() / floor.sigma(signal).max(f64::MIN_POSITIVE);
         if moved > best.as_ref().map_or(0.0, |(known, _)| *known) {
             let residual = measured.iter().zip(lacks).map(|(m, p)| m - p).collect();
             let (effect, run_name) = (effect.to_owned(), run.name().to_owned());
