@@ -93,21 +93,26 @@ fn signed(correlation: f64) -> String {
     format!("{correlation:+.2}").replace('-', "−")
 }
 
-/// What is to be thought of a number, in words.
+/// What is to be thought of a number, in words: a stated constant by its tolerance (its value may be zero), a cause's number by
+/// its value.
 pub(super) fn judged(number: &ToldNumber) -> String {
-    let is_beyond = |value: Option<f64>, limit: f64| value.is_some_and(|value| value >= limit);
-    let other = number.most_with.map_or(String::new(), |other| format!(" with {}", other + 1));
-    if is_beyond(number.of_tolerance, BY_TOLERANCE) {
-        "by its tolerance, not by the data".to_owned()
-    } else if number.widened_by_others.is_none_or(|factor| factor >= TOGETHER) {
-        format!("only together{other}")
-    } else if is_beyond(number.relative_half_width, 1.0) {
-        "hardly: its interval is as wide as its value".to_owned()
-    } else if is_beyond(number.relative_half_width, WELL) {
-        "roughly".to_owned()
-    } else {
-        "well".to_owned()
-    }
+    let share = number.of_tolerance.or(number.relative_half_width);
+    let bound = match number.most_with {
+        Some(other) if number.widened_by_others.is_none_or(|factor| factor >= TOGETHER) => {
+            format!(", bound to {}", other + 1)
+        }
+        _ => String::new(),
+    };
+    let words = match share {
+        _ if number.of_tolerance.is_some_and(|share| share >= BY_TOLERANCE) => {
+            return "by its tolerance, not by the data".to_owned();
+        }
+        Some(share) if share < WELL => "well",
+        Some(share) if share < 1.0 => "roughly",
+        Some(_) => "hardly: its interval is as wide as its value",
+        None => "its value is zero: see the interval",
+    };
+    format!("{words}{bound}")
 }
 
 #[cfg(test)]
@@ -129,8 +134,11 @@ mod tests {
             judged(&ToldNumber { relative_half_width: Some(1.3), ..number.clone() }).starts_with("hardly")
         );
         let together = ToldNumber { widened_by_others: Some(7.0), ..number.clone() };
-        assert_eq!(judged(&together), "only together with 2");
-        assert_eq!(judged(&ToldNumber { widened_by_others: None, ..number.clone() }), "only together with 2");
+        assert_eq!(judged(&together), "well, bound to 2");
+        assert_eq!(judged(&ToldNumber { widened_by_others: None, ..number.clone() }), "well, bound to 2");
+        // A stated constant whose value is near zero is known by its tolerance.
+        let near_zero = ToldNumber { of_tolerance: Some(1e-4), relative_half_width: Some(9.0), ..number };
+        assert_eq!(judged(&near_zero), "well");
         let stated = ToldNumber { of_tolerance: Some(0.98), ..together };
         assert_eq!(judged(&stated), "by its tolerance, not by the data");
     }
