@@ -63,7 +63,7 @@ fn row(diagnosis: &Diagnosis, k: usize, number: &ToldNumber) -> Vec<String> {
     vec![
         format!("{} {}", k + 1, word(&number.path)),
         value,
-        number.relative_half_width.map_or("–".to_owned(), |share| format!("± {}", percent(share))),
+        number.relative_half_width.map_or("–".to_owned(), half_width),
         number.widened_by_others.map_or("∞".to_owned(), times),
         most.unwrap_or("none".to_owned()),
         judged(number),
@@ -83,6 +83,11 @@ fn parameter<'a>(diagnosis: &'a Diagnosis, path: &str) -> Option<&'a Parameter> 
 fn word(path: &str) -> String {
     let parts = path.strip_prefix("effect.").and_then(|rest| rest.split_once('.'));
     parts.map_or_else(|| path.to_owned(), |(effect, key)| format!("{}, {}", phrase(effect), name(key)))
+}
+
+/// A share of the value; of a value near zero, how many times that.
+fn half_width(share: f64) -> String {
+    if share < 1.0 { format!("± {}", percent(share)) } else { format!("± {}", times(share)) }
 }
 
 fn times(factor: f64) -> String {
