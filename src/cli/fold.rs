@@ -83,7 +83,7 @@ mod tests {
 
     #[test]
     fn exact_what_is_copied_stays_whole() {
-        let command = "  slideway diagnose day1_axis --machine models/grinder --html report.html\n";
+        let command = "  slideway diagnose day1_axis --machine models/axis --html report.html\n";
         assert_eq!(folded(command, 40), command);
         assert_eq!(columns("\u{1b}[1;32mfour\u{1b}[0m"), 4);
     }
