@@ -70,7 +70,7 @@ function colours() {
   const style = getComputedStyle(document.querySelector(".fig") || document.documentElement);
   const page = getComputedStyle(document.documentElement);
   const of = name => style.getPropertyValue("--" + name).trim() || "#777";
-  const names = ["ground", "ink", "pale", "line", "measured", "before", "after", "reference", "law", "event", "heat", "third"];
+  const names = ["ground", "ink", "pale", "line", "measured", "before", "after", "reference", "law", "event", "heat", "third", "second", "calibration", "unexplained", "noise"];
   const found = Object.fromEntries(names.map(name => [name, of(name)]));
   found.card = page.getPropertyValue("--card").trim() || "#eee";
   return found;
@@ -87,9 +87,11 @@ function make(tag, properties, ...children) {
   return element;
 }
 
+// Pictures that are saved are finer than the screen.
+const sharpness = { ratio: 0 };
 // A canvas as fine as the screen; returns its context and its size in CSS px.
 function fitted(canvas, height, most) {
-  const ratio = Math.min(window.devicePixelRatio || 1, most || 3);
+  const ratio = Math.min(sharpness.ratio || window.devicePixelRatio || 1, most || 3);
   const width = canvas.clientWidth || canvas.parentElement.clientWidth || 300;
   canvas.style.height = height + "px";
   const [w, h] = [Math.round(width * ratio), Math.round(height * ratio)];

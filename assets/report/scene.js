@@ -319,7 +319,10 @@ function sceneView(root) {
 
   // Motion in time.
   let last = null, running = false;
-  function toggle() { state.playing = !state.playing; last = null; if (state.playing && shared.time >= runOf(shared.run).end - 1e-9) shared.time = 0; loop(); draw(); }
+  // The first time from the beginning, then on from where it was halted; at the end over again.
+  let begun = false;
+  function toggle() { state.playing = !state.playing; last = null; if (state.playing && !begun) { begun = true; shared.set({ time: 0 }); } loop(); draw(); }
+  shared.listeners.push(change => { if ("run" in change) begun = state.playing; });
   function loop() {
     if (running) return;
     running = true;
@@ -332,8 +335,7 @@ function sceneView(root) {
     if (state.playing) {
       const end = runOf(shared.run).end;
       const time = shared.time + passed * state.rate;
-      if (time >= end) state.playing = false;
-      shared.set({ time: Math.min(time, end) });
+      shared.set({ time: time >= end ? 0 : time });
     } else if (state.mode >= 0) draw();
     if (state.playing || state.mode >= 0) requestAnimationFrame(step); else { running = false; last = null; draw(); }
   }

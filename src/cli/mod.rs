@@ -6,6 +6,7 @@ mod count;
 mod crosscheck;
 mod diagnose;
 mod effects;
+mod fold;
 mod identify;
 mod init;
 mod inspect;
@@ -46,6 +47,8 @@ const SPINNER_STEP: Duration = Duration::from_millis(120);
 const COLUMNS: usize = 88;
 /// Lines longer than this nobody reads.
 const MOST_COLUMNS: usize = 200;
+/// Narrower lines are not folded further.
+const LEAST_COLUMNS: usize = 40;
 
 /// A multibody twin of a servo-driven machine axis that says why the real machine disagrees with it.
 #[derive(Debug, Parser)]
@@ -183,7 +186,8 @@ pub fn run(arguments: &Arguments) -> ExitCode {
                 writeln!(screen.out, "\nWritten: {}", names.join(", "))?;
             }
             let mut stdout = io::stdout().lock();
-            stdout.write_all(&shown(&screen.out))?;
+            let out = std::mem::take(&mut screen.out);
+            stdout.write_all(&shown(&set(&arguments.command, out)))?;
             stdout.flush()?;
         }
         Ok(code)
@@ -258,9 +262,30 @@ fn dispatch(command: &Command, screen: &mut Screen) -> Result<ExitCode, Failure>
 /// How a report is set on this terminal.
 fn style() -> Style {
     let colour = io::stdout().is_terminal() && std::env::var_os("NO_COLOR").is_none_or(|set| set.is_empty());
+    Style { colour, width: told_width().unwrap_or(COLUMNS) }
+}
+
+/// Columns that the environment or the terminal states; none where the output goes into a file or another program.
+fn told_width() -> Option<usize> {
     let told = std::env::var("COLUMNS").ok().and_then(|columns| columns.parse().ok());
     let of_terminal = || terminal_size::terminal_size_of(io::stdout()).map(|(width, _)| usize::from(width.0));
-    Style { colour, width: told.or_else(of_terminal).unwrap_or(COLUMNS).min(MOST_COLUMNS) }
+    Some(told.or_else(of_terminal)?.min(MOST_COLUMNS))
+}
+
+/// What is shown of a command: lines that fit, but for what other programs read.
+fn set(command: &Command, out: Vec<u8>) -> Vec<u8> {
+    let is_text = !matches!(
+        command,
+        Command::Schema(_)
+            | Command::Completions(_)
+            | Command::Man(_)
+            | Command::Kinds(_)
+            | Command::Effects(_)
+    );
+    match (told_width().filter(|_| is_text), String::from_utf8(out)) {
+        (Some(width), Ok(text)) => fold::folded(&text, width.max(LEAST_COLUMNS)).into_bytes(),
+        (_, text) => text.map_or_else(|error| error.into_bytes(), String::into_bytes),
+    }
 }
 
 /// The plant to simulate on.

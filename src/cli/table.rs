@@ -2,6 +2,10 @@
 
 use std::io::{self, Write};
 
+use slideway::report::grid;
+
+use super::told_width;
+
 /// A table with a header: the first column to the left, the others as numbers to the right.
 pub(super) struct Table {
     rows: Vec<Vec<String>>,
@@ -35,20 +39,11 @@ impl Table {
         self.rows.push(cells.to_vec());
     }
 
-    /// Writes the table, indented by two.
+    /// Writes the table, indented by two, within the terminal's width where it has one.
     pub(super) fn write(&self, out: &mut dyn Write) -> io::Result<()> {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or_default();
-        let cell = |row: &Vec<String>, column: usize| row.get(column).map_or(0, |text| text.chars().count());
-        let widths: Vec<usize> = (0..columns)
-            .map(|column| self.rows.iter().map(|row| cell(row, column)).max().unwrap_or_default())
-            .collect();
-        for row in &self.rows {
-            let cells = row.iter().zip(&widths).enumerate().map(|(column, (text, &width))| {
-                if column < self.left { format!("{text:<width$}") } else { format!("{text:>width$}") }
-            });
-            let line = cells.collect::<Vec<_>>().join("  ");
-            writeln!(out, "  {}", line.trim_end())?;
-        }
-        Ok(())
+        let is_left: Vec<bool> = (0..columns).map(|column| column < self.left).collect();
+        let room = told_width().map_or(usize::MAX, |width| width.saturating_sub(2));
+        grid(&self.rows, &is_left, room).iter().try_for_each(|(_, line)| writeln!(out, "  {line}"))
     }
 }

@@ -34,6 +34,7 @@ pub mod phase;
 pub mod place;
 pub mod proposals;
 pub mod prove;
+pub mod remaining;
 mod rivals;
 mod run_setting;
 mod segments;
@@ -41,6 +42,7 @@ pub mod selection;
 pub mod shape;
 pub mod smooth;
 mod standing;
+pub mod told;
 pub mod untested;
 pub mod verdict;
 pub mod veto;
@@ -261,6 +263,8 @@ impl<'a> Ready<'a> {
             ranking: conclude::ranking(found),
             refinements: conclude::refinements(found, &self.before),
             calibration: conclude::calibration(&chosen.fit),
+            told: told::Told::of(&chosen.fit),
+            remaining: remaining::remaining(&improved, &self.held_out, floor)?,
             gap,
             place,
             unexplained,

@@ -11,8 +11,10 @@ use super::json;
 use super::next_experiment::NextExperiment;
 use super::noise::Source;
 use super::prove::RigidBody;
+use super::remaining::Remaining;
 use super::shape::Shape;
 use super::standing::LARGELY_CLOSED;
+use super::told::Told;
 use super::untested::Untested;
 use super::visibility::NotExamined;
 use crate::recording::{Cut, Samples};
@@ -257,6 +259,12 @@ pub struct Diagnosis {
     /// Stated constants moved inside their tolerance.
     #[serde(default)]
     pub calibration: Vec<Calibration>,
+    /// How well the data tell each number of the explanation, and which they tell only together.
+    #[serde(default, skip_serializing_if = "Told::is_empty")]
+    pub told: Told,
+    /// Whether what is left of each signal is still structured.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub remaining: Vec<Remaining>,
     /// How large, how far.
     #[serde(default)]
     pub gap: Gap,

@@ -1,6 +1,6 @@
 //! Is what a model leaves over still structured?
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Lags that the test looks at, if the runs are long enough.
@@ -25,7 +25,7 @@ const NORMAL_QUANTILE: f64 = 1.96;
 /// # Source
 /// Ljung, Box, On a measure of lack of fit in time series models, Biometrika 65, 1978;
 /// Ljung, System Identification: Theory for the User, 2nd ed., section 16.6.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Whiteness {
     /// Q.
     pub statistic: f64,
@@ -47,8 +47,13 @@ impl Whiteness {
 
     /// Tests residuals, run by run. Residuals of 0 count as white.
     pub fn of(runs: &[&[f64]]) -> Self {
+        Self::over(runs, LAGS)
+    }
+
+    /// The same over so many lags at most; a quarter of the samples bounds them too.
+    pub fn over(runs: &[&[f64]], most: usize) -> Self {
         let count: usize = runs.iter().map(|run| run.len()).sum();
-        let lags = (count / 4).clamp(1, LAGS);
+        let lags = (count / 4).clamp(1, most.max(1));
         let power: f64 = runs.iter().flat_map(|run| run.iter()).map(|e| e * e).sum();
         let mut statistic = 0.0;
         let mut autocorrelation = Vec::with_capacity(lags);
@@ -68,5 +73,34 @@ impl Whiteness {
         let p_value = ChiSquared::new(degrees_of_freedom as f64).map_or(1.0, |chi| chi.sf(statistic));
         let bound = if count > 0 { NORMAL_QUANTILE / n.sqrt() } else { f64::INFINITY };
         Self { statistic, degrees_of_freedom, p_value, autocorrelation, bound }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Alternating signs: rₖ = (−1)ᵏ·(N − k)/N, Q = N(N+2)·Σ (N − k)/N², and the 95 % bound 1.96/√N.
+    #[test]
+    fn exact_alternating_residuals() {
+        let run: Vec<f64> = (0..400).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 }).collect();
+        let found = Whiteness::over(&[&run], 50);
+        assert_eq!((found.autocorrelation.len(), found.degrees_of_freedom), (50, 50));
+        for (k, r) in found.autocorrelation.iter().enumerate() {
+            let lag = k as f64 + 1.0;
+            let wanted = if k % 2 == 0 { -1.0 } else { 1.0 } * (400.0 - lag) / 400.0;
+            assert!((r - wanted).abs() < 1e-12, "{r} for {wanted}");
+        }
+        let wanted: f64 = (1..=50).map(|k| 400.0 * 402.0 * (400.0 - f64::from(k)) / 400.0_f64.powi(2)).sum();
+        assert!((found.statistic / wanted - 1.0).abs() < 1e-12 && (found.bound - 0.098).abs() < 1e-12);
+        assert!(!found.is_white());
+    }
+
+    /// No pair reaches from one run into the next.
+    #[test]
+    fn exact_runs_are_apart() {
+        let found = Whiteness::over(&[&[1.0, 0.0], &[0.0, 1.0], &[1.0, 0.0], &[0.0, 1.0]], 1);
+        assert_eq!(found.autocorrelation, [0.0]);
+        assert!(found.is_white());
     }
 }

@@ -8,6 +8,7 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::dialect::{Dialect, decimal};
+use super::halscope;
 use super::run::hex;
 use super::series::{Series, together};
 use super::table::{Columns, no_rows};
@@ -45,9 +46,16 @@ impl CsvTable {
         sha256: Option<String>,
         encoding: Option<&'static str>,
     ) -> Result<Self> {
-        let dialect = Dialect::detect(&bytes);
         let mut remarks: Vec<String> =
             encoding.map(|name| format!("decoded from {name}")).into_iter().collect();
+        let (bytes, sha256) = match halscope::table(&bytes) {
+            None => (bytes, sha256),
+            Some((text, remark)) => {
+                remarks.push(remark);
+                (text, Some(sha256.unwrap_or_else(|| hash_of(&bytes))))
+            }
+        };
+        let dialect = Dialect::detect(&bytes);
         if dialect.preamble > 0 {
             remarks.push(format!("{} lines above the header left out", dialect.preamble));
         }
@@ -90,9 +98,7 @@ impl CsvTable {
         if overruns > 0 {
             self.remarks.push(format!("{overruns} overruns in the log: samples are lost there"));
         }
-        let mut hash = Sha256::new();
-        hash.update(&self.bytes);
-        self.sha256.get_or_insert_with(|| hex(hash));
+        self.sha256.get_or_insert_with(|| hash_of(&self.bytes));
         (self.bytes, self.start, self.separator) = (tabbed, 0, b'\t');
     }
 
@@ -160,14 +166,7 @@ impl CsvTable {
     }
 
     pub(super) fn columns(&self, wanted: &[usize], time: Option<usize>) -> Result<Columns> {
-        let hash = || {
-            if let Some(sha256) = &self.sha256 {
-                return sha256.clone();
-            }
-            let mut hash = Sha256::new();
-            hash.update(&self.bytes);
-            hex(hash)
-        };
+        let hash = || self.sha256.clone().unwrap_or_else(|| hash_of(&self.bytes));
         let (sha256, values) = rayon::join(hash, || self.values(wanted));
         let values = values.and_then(|values| self.on_one_clock(values, wanted, time));
         let (values, joined) = values.map_err(|error| error.file(&self.path))?;
@@ -285,6 +284,12 @@ impl CsvTable {
             _ => error.remedy("repair the row, or split the run there and leave it out"),
         }
     }
+}
+
+fn hash_of(bytes: &[u8]) -> String {
+    let mut hash = Sha256::new();
+    hash.update(bytes);
+    hex(hash)
 }
 
 fn empty_field(row: u64, name: String) -> Error {

@@ -43,6 +43,7 @@ mod csv_table;
 mod decode;
 mod dialect;
 mod document;
+mod halscope;
 mod likely;
 mod loaded_table;
 mod log;

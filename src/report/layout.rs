@@ -1,6 +1,7 @@
 //! Lines that fit: wrapped text, tables, bars, colour.
 
 use super::Style;
+use super::grid::grid;
 
 /// Indent of everything below a heading.
 pub(super) const INDENT: &str = "  ";
@@ -97,9 +98,6 @@ pub(super) enum Align {
     Right,
 }
 
-/// A column does not give way beyond this.
-const NARROWEST: usize = 12;
-
 /// Columns that line up under their heads; the widest column to the left gives way where a line is too long.
 #[derive(Debug)]
 pub(super) struct Table {
@@ -136,32 +134,13 @@ impl Table {
 
     /// The table in at most the style's width, its heads faint.
     pub(super) fn text(&self, style: Style) -> String {
-        let mut widths = self.widths();
-        let excess = self.width().saturating_sub(style.width);
-        let left = (0..widths.len()).filter(|&column| self.align[column] == Align::Left);
-        if let Some(widest) = left.max_by_key(|&column| widths[column]) {
-            widths[widest] = widths[widest].saturating_sub(excess).max(widths[widest].min(NARROWEST));
-        }
-        let mut out = String::new();
-        for (k, row) in self.rows.iter().enumerate() {
-            let cells: Vec<Vec<String>> =
-                row.iter().zip(&widths).map(|(text, &width)| wrap(text, width)).collect();
-            let height = cells.iter().map(Vec::len).max().unwrap_or_default();
-            for line in 0..height {
-                let piece = |(column, cell): (usize, &Vec<String>)| {
-                    let (text, width) = (cell.get(line).map_or("", String::as_str), widths[column]);
-                    match self.align[column] {
-                        Align::Left => format!("{text:<width$}"),
-                        Align::Right => format!("{text:>width$}"),
-                    }
-                };
-                let joined = cells.iter().enumerate().map(piece).collect::<Vec<_>>().join("  ");
-                let joined = joined.trim_end();
-                let joined = if k == 0 { style.ink(Ink::Faint, joined) } else { joined.to_owned() };
-                out += &format!("{INDENT}{joined}\n");
-            }
-        }
-        out
+        let is_left: Vec<bool> = self.align.iter().map(|align| *align == Align::Left).collect();
+        let room = style.width.saturating_sub(columns(INDENT));
+        let lines = grid(&self.rows, &is_left, room).into_iter().map(|(is_head, line)| {
+            let line = if is_head { style.ink(Ink::Faint, &line) } else { line };
+            format!("{INDENT}{line}\n")
+        });
+        lines.collect()
     }
 }
 

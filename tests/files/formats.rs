@@ -135,6 +135,36 @@ fn ref_halsampler_without_header_is_read_by_column_numbers() {
     assert!(recording.runs()[0].remarks.iter().any(|remark| remark.contains("1 overruns")));
 }
 
+/// The layout is that of `write_log_file` in LinuxCNC's `src/hal/utils/scope_files.c` up to version 2.8: a name before every
+/// value, a channel that is off called `(null)`, and one row from behind the buffer at the end.
+#[test]
+fn ref_halscope_logs_name_every_value() {
+    let toml = "[columns]\nposition_m = { column = \"joint.0.motor-pos-fb\", unit = \"mm\" }\n\
+                thrust_n = \"joint.0.torque-cmd\"\n";
+    let recording = read_sample("halscope_2_8.log", toml).unwrap();
+    assert_eq!(recording.sample_period_s(), 1e-3);
+    is_sine(&positions(&recording), 1.0);
+    let run = &recording.runs()[0];
+    assert!(run.signal(Signal::Thrust).unwrap().iter().all(|n| *n == 2.5));
+    assert!(run.remarks.iter().any(|remark| remark.contains("halscope")), "{:?}", run.remarks);
+    let whole = std::fs::read_to_string(sample("halscope_2_8.log")).unwrap();
+    let cut: Vec<&str> =
+        whole.lines().enumerate().map(|(n, line)| if n == 20 { &line[..60] } else { line }).collect();
+    let error = read_bytes(cut.join("\n").as_bytes(), toml).unwrap_err().to_string();
+    assert!(error.contains("fields"), "{error}");
+}
+
+/// From version 2.9 on halscope writes CSV with semicolons and decimal points whatever the locale, one column a channel
+/// (LinuxCNC pull request 1500); the period is not among the columns and is stated.
+#[test]
+fn ref_halscope_csv_is_read_with_its_period_stated() {
+    let toml = "sample_period_s = 1e-3\n[columns]\nposition_m = { column = \"joint.0.motor-pos-fb\", unit = \"mm\" }\n";
+    let recording = read_sample("halscope_2_9.csv", toml).unwrap();
+    is_sine(&positions(&recording), 1.0);
+    let error = read_sample("halscope_2_9.csv", toml.split_once('\n').unwrap().1).unwrap_err().to_string();
+    assert!(error.contains("sample_period_s"), "{error}");
+}
+
 #[test]
 fn exact_german_excel_in_windows_1252_is_read_with_its_units() {
     let mut text = "sep=;\r\nZeit;Position;Strom\r\nms;µm;A\r\n".to_owned();

@@ -6,6 +6,7 @@ use slideway::diagnose::{Diagnosis, Options, diagnose};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::Recording;
+use slideway::report::material::partial::{Partial, Quantity};
 use slideway::report::material::{Material, RunTraces};
 use slideway::report::{html, sentence};
 use std::path::{Path, PathBuf};
@@ -193,6 +194,37 @@ fn exact_what_is_drawn_is_what_was_judged() {
     let [forward, backward] = force.law_over(&force.velocity);
     for (law, wanted) in [(forward, -15.0), (backward, 15.0)] {
         assert!(law.len() > 10 && law.iter().all(|[_, y]| (y - wanted).abs() < 0.5), "{law:?}");
+    }
+}
+
+/// The matrix is one of correlations, its numbers are those that the verdict states, and every compared signal is tested.
+#[test]
+fn exact_the_page_says_how_well_the_judged_numbers_are_told() {
+    let Made { diagnosis, material, .. } = made();
+    let told = &diagnosis.told;
+    let force = told.numbers.iter().find(|n| n.path == "effect.coulomb_friction.force_n").unwrap();
+    let stated = &diagnosis.causes[0].parameters["force_n"];
+    let half = 0.5 * (stated.ci95[1] - stated.ci95[0]) / stated.value;
+    assert!((force.relative_half_width.unwrap() / half - 1.0).abs() < 1e-9, "{force:?}");
+    for (i, row) in told.correlation.iter().enumerate() {
+        assert_eq!((row.len(), row[i]), (told.numbers.len(), 1.0));
+        assert!(row.iter().enumerate().all(|(j, r)| (r - told.correlation[j][i]).abs() < 1e-12));
+    }
+    let compared: Vec<&str> = diagnosis.gap.signals.iter().map(|gap| gap.signal.as_str()).collect();
+    let tested: Vec<&str> = diagnosis.remaining.iter().map(|of| of.signal.as_str()).collect();
+    assert!(compared.iter().all(|signal| tested.contains(signal)), "{compared:?} {tested:?}");
+    let [Partial::Force(partial)] = &material.partials[..] else { panic!("{:?}", material.partials.len()) };
+    let (quantity, over) = partial.over.as_ref().unwrap();
+    assert_eq!(*quantity, Quantity::Velocity);
+    assert!(over.curves[0].iter().all(|[v, law]| *v > 0.0 && (law + 15.0).abs() < 0.5));
+    let after = &material.force.as_ref().unwrap().after;
+    let sum = partial.law.iter().zip(after).zip(&partial.lacking);
+    assert!(
+        partial.law.len() > 1000 && sum.into_iter().all(|((law, left), all)| (law + left - all).abs() < 1e-9)
+    );
+    let words = words(page());
+    for word in ["How well each number is told", "What is left", "Ljung", "dB", "95 % band"] {
+        assert!(words.contains(word), "{word}");
     }
 }
 

@@ -58,16 +58,10 @@ impl Axis {
         let decade = 10f64.powf(raw.log10().floor());
         let step = [1.0, 2.0, 5.0, 10.0].into_iter().map(|m| m * decade).find(|s| *s >= raw * 0.8);
         let step = step.unwrap_or(raw);
-        let places = (-step.log10().floor()).max(0.0) as usize;
         let first = (from / step).ceil() as i64;
         let last = (to / step).floor() as i64;
-        (first..=last)
-            .map(|k| {
-                let value = k as f64 * step;
-                let text = if step >= 1e6 { format!("{value:.0e}") } else { format!("{value:.places$}") };
-                (value, text.replace('-', "−"))
-            })
-            .collect()
+        let largest = first.unsigned_abs().max(last.unsigned_abs()) as f64 * step;
+        (first..=last).map(|k| (k as f64 * step, label(k as f64 * step, step, largest))).collect()
     }
 
     fn decade_ticks(&self, most: usize) -> Vec<(f64, String)> {
@@ -78,7 +72,9 @@ impl Axis {
             let steps = [1.0, 2.0, 5.0];
             let values = (first - 1..=last).flat_map(|d| steps.map(|s| s * 10f64.powi(d)));
             let inside = values.filter(|v| (self.range[0]..=self.range[1]).contains(v));
-            return inside.map(|v| (v, plain(v))).collect();
+            let marked: Vec<(f64, String)> = inside.map(|v| (v, plain(v))).collect();
+            // Inside less than an octave there may be none: then as on a linear scale.
+            return if marked.len() < 2 { self.linear_ticks(most) } else { marked };
         }
         let every = count.div_ceil(most.max(1)).max(1);
         let shown = (first..=last).step_by(every);
@@ -86,14 +82,43 @@ impl Axis {
     }
 }
 
-/// A power of ten as people write it.
+/// The text of a multiple of a linear step: as many places as the step has; a power of ten that all ticks share where the
+/// largest of them is small or the step is large.
+fn label(value: f64, step: f64, largest: f64) -> String {
+    let decade = |size: f64| (size * (1.0 + 1e-9)).log10().floor() as i32;
+    if value == 0.0 {
+        "0".to_owned()
+    } else if largest < LEAST_PLAIN || step >= MOST_PLAIN {
+        let exponent = decade(largest);
+        let places = (exponent - decade(step)).max(0) as usize;
+        powered(value / 10f64.powi(exponent), exponent, places)
+    } else {
+        let places = (-decade(step)).max(0) as usize;
+        format!("{value:.places$}").replace('-', "−")
+    }
+}
+
+/// Ticks that are all smaller are written with a power of ten, and those of a larger step.
+const LEAST_PLAIN: f64 = 1e-3;
+const MOST_PLAIN: f64 = 1e6;
+
+/// "2.5·10⁻⁷"; "10⁻⁷" where the mantissa is one.
+fn powered(mantissa: f64, exponent: i32, places: usize) -> String {
+    let digits: String = exponent.to_string().chars().map(raised).collect();
+    match format!("{mantissa:.places$}").replace('-', "−").as_str() {
+        "1" => format!("10{digits}"),
+        "−1" => format!("−10{digits}"),
+        mantissa => format!("{mantissa}·10{digits}"),
+    }
+}
+
+/// One, two or five times a power of ten as people write it.
 fn plain(value: f64) -> String {
-    if (1e-3..1e5).contains(&value) {
+    if (0.999e-3..1e5).contains(&value) {
         return format!("{}", (value * 1e6).round() / 1e6);
     }
-    let exponent = value.log10().round() as i32;
-    let digits: String = exponent.to_string().chars().map(raised).collect();
-    format!("10{digits}")
+    let exponent = (value.log10() + 1e-9).floor() as i32;
+    powered(value / 10f64.powi(exponent), exponent, 0)
 }
 
 fn raised(letter: char) -> char {
@@ -129,6 +154,21 @@ mod tests {
         let texts: Vec<String> = log.ticks(6).into_iter().map(|(_, text)| text).collect();
         assert_eq!(texts, ["1", "10", "100", "1000"]);
         assert_eq!(plain(1e-7), "10⁻⁷");
+    }
+
+    /// Below 10⁻³ a tick says its own value, not the nearest power of ten.
+    #[test]
+    fn exact_small_ticks_say_their_value() {
+        assert_eq!([2e-4, 5e-4, 1e-4, 1e-3, 5e5].map(plain), ["2·10⁻⁴", "5·10⁻⁴", "10⁻⁴", "0.001", "5·10⁵"]);
+        let texts = |from: f64, to: f64| -> Vec<String> {
+            Axis::linear("", [from, to]).ticks(4).into_iter().map(|(_, text)| text).collect()
+        };
+        assert_eq!(texts(-4.1e-7, 4.1e-7), ["−4·10⁻⁷", "−2·10⁻⁷", "0", "2·10⁻⁷", "4·10⁻⁷"]);
+        assert_eq!(texts(0.0, 2.1e-6), ["0", "0.5·10⁻⁶", "1.0·10⁻⁶", "1.5·10⁻⁶", "2.0·10⁻⁶"]);
+        assert_eq!(texts(0.0, 0.0062), ["0", "0.002", "0.004", "0.006"]);
+        // A decade that is not full still has two ticks.
+        let narrow = Axis { label: String::new(), range: [3.1e-5, 4.6e-5], is_log: true };
+        assert!(narrow.ticks(6).len() >= 2, "{:?}", narrow.ticks(6));
     }
 
     #[test]

@@ -9,6 +9,7 @@ pub mod chart;
 mod draw;
 pub mod heat;
 pub mod map;
+pub mod matrix;
 pub mod path;
 mod summary;
 pub mod view;
@@ -19,6 +20,7 @@ pub use budget::{Budget, Part};
 pub use chart::{Chart, Mark};
 pub use heat::Heat;
 pub use map::Map;
+pub use matrix::Matrix;
 pub use path::SignalPath;
 pub use summary::svg;
 pub use view::View;
@@ -117,6 +119,8 @@ pub enum Panel {
     Heat(Heat),
     /// Cells over two numbers.
     Map(Map),
+    /// Correlations.
+    Matrix(Matrix),
     /// The machine.
     View(View),
 }
@@ -187,6 +191,7 @@ impl Figure {
                 Panel::Path(path) => path.draw(&mut draw, width, top),
                 Panel::Heat(heat) => heat.draw(&mut draw, width, top),
                 Panel::Map(map) => map.draw(&mut draw, width, top),
+                Panel::Matrix(matrix) => matrix.draw(&mut draw, width, top),
                 Panel::View(view) => view.draw(&mut draw, width, top),
             };
         }

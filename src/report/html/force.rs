@@ -1,6 +1,7 @@
 //! The force that the twin lacks, over speed, position, acceleration and time, with the fitted law drawn through.
 
 use super::page::Part;
+use super::partial;
 use super::scale::{Scale, force_word, speed_word};
 use crate::diagnose::Diagnosis;
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
@@ -25,6 +26,7 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
         part.paragraph(&format!(
             "No logged signal tells the motor's {word}, so what the twin lacks cannot be put into a {word}."
         ));
+        partial::append(&mut part, material);
         return part;
     };
     let mass = if motion == Motion::Prismatic { "Mass" } else { "Inertia" };
@@ -37,6 +39,7 @@ pub(super) fn part(diagnosis: &Diagnosis, material: &Material) -> Part {
     let scale = Scale::force(motion, force.before.iter().chain(&force.after));
     part.figure(over(force, &scale, material, &law));
     part.figure(in_time(force, &scale, &law));
+    partial::append(&mut part, material);
     part
 }
 
@@ -89,7 +92,7 @@ fn over_one(force: &Force, scale: &Scale, word: &str, quantity: &[f64], across: 
 }
 
 /// Values without the outermost half per cent on either side: one spike does not decide the axis.
-fn robust(mut values: Vec<f64>) -> Vec<f64> {
+pub(super) fn robust(mut values: Vec<f64>) -> Vec<f64> {
     values.retain(|value| value.is_finite());
     values.sort_by(f64::total_cmp);
     let cut = values.len() / 200;
@@ -98,7 +101,7 @@ fn robust(mut values: Vec<f64>) -> Vec<f64> {
 }
 
 /// The same for a quantity whose zero tells.
-fn with_zero(values: Vec<f64>) -> Vec<f64> {
+pub(super) fn with_zero(values: Vec<f64>) -> Vec<f64> {
     robust(values).into_iter().chain([0.0]).collect()
 }
 

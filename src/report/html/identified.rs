@@ -2,6 +2,7 @@
 
 use super::page::{Builder, Page, Part};
 use super::replayed::version;
+use super::response::{decibel_unit, decibels, magnitude_band};
 use super::sheet::part as section_part;
 use super::{data, head, provenance};
 use crate::identify::frequency_response::Point;
@@ -91,20 +92,30 @@ fn figure(model: &Model, k: usize, unit: &str) -> Figure {
         .map(|f| (f, model.transfer.response(f)))
         .collect();
     let sure: Vec<&Point> = model.measured.iter().filter(|p| p.coherence >= COHERENT).collect();
-    let dots = |of: fn(Complex<f64>) -> f64| -> Mark {
+    let level = |z: Complex<f64>| decibels(z.norm());
+    let degrees = |z: Complex<f64>| z.arg().to_degrees();
+    let dots = |of: &dyn Fn(Complex<f64>) -> f64| -> Mark {
         let points = sure.iter().map(|p| [p.frequency_hz, of(p.response())]).collect();
         Mark::Dots { ink: Ink::Measured, points }
     };
-    let line = |of: fn(Complex<f64>) -> f64| Mark::line(Ink::After, curve.iter().map(|(f, z)| [*f, of(*z)]));
+    let line =
+        |of: &dyn Fn(Complex<f64>) -> f64| Mark::line(Ink::After, curve.iter().map(|(f, z)| [*f, of(*z)]));
+    let bars = |of: &dyn Fn(&Point) -> [f64; 3]| {
+        let points = sure.iter().map(|p| of(p)).collect();
+        Mark::Ribbon { ink: Ink::Measured, points }
+    };
+    let around = |p: &Point| {
+        let (angle, half) = (degrees(p.response()), p.phase_half_width_deg());
+        [p.frequency_hz, (angle - half).max(-185.0), (angle + half).min(185.0)]
+    };
     let heights: Vec<f64> =
-        curve.iter().map(|(_, z)| z.norm()).chain(sure.iter().map(|p| p.response().norm())).collect();
-    let degrees = |z: Complex<f64>| z.arg().to_degrees();
+        curve.iter().map(|(_, z)| level(*z)).chain(sure.iter().map(|p| level(p.response()))).collect();
     let mut panels = vec![
         Panel::Chart(Chart {
             title: "magnitude".to_owned(),
             x: Axis::decades("", [lowest, highest]),
-            y: Axis::decades(unit, heights),
-            marks: vec![dots(Complex::norm), line(Complex::norm)],
+            y: Axis::holding(decibel_unit(unit), heights),
+            marks: vec![bars(&magnitude_band), dots(&level), line(&level)],
             height: 170.0,
             has_x_labels: false,
         }),
@@ -112,7 +123,7 @@ fn figure(model: &Model, k: usize, unit: &str) -> Figure {
             title: "phase".to_owned(),
             x: Axis::decades(if sure.is_empty() { "frequency in Hz" } else { "" }, [lowest, highest]),
             y: Axis::linear("°", [-185.0, 185.0]),
-            marks: vec![dots(degrees), line(degrees)],
+            marks: vec![bars(&around), dots(&degrees), line(&degrees)],
             height: 120.0,
             has_x_labels: sure.is_empty(),
         }),
@@ -129,10 +140,10 @@ fn figure(model: &Model, k: usize, unit: &str) -> Figure {
         }));
     }
     let caption = format!(
-        "Frequency response of {}: the model, and the data where their coherence is above {COHERENT}.",
+        "Frequency response of {}: the model, and the data with their 95 % band where their coherence is above {COHERENT}.",
         model.title
     );
     let mut figure = Figure::new(format!("model{}", k + 1), caption, panels);
-    figure.legend = vec![(Ink::After, "model".to_owned()), (Ink::Measured, "data".to_owned())];
+    figure.legend = vec![(Ink::After, "model".to_owned()), (Ink::Measured, "data, 95 % band".to_owned())];
     figure
 }

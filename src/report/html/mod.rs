@@ -16,14 +16,17 @@ mod identified;
 mod inspected;
 mod next;
 mod page;
+mod partial;
 mod place;
 mod provenance;
+mod remaining;
 mod replayed;
 mod response;
 mod scale;
 mod scene;
 mod sheet;
 mod spectrum;
+mod told;
 mod traces;
 mod withheld;
 
@@ -58,7 +61,9 @@ pub fn diagnosis(diagnosis: &Diagnosis, machine: &Machine, material: &Material, 
     page.section("traces", "Machine against twin", traces::part(material));
     page.section("force", force::title(motion), force::part(diagnosis, material));
     page.section("spectrum", "Spectrum and frequency response", spectrum::part(material));
+    page.section("left", "What is left", remaining::part(diagnosis));
     page.section("hypotheses", "Hypotheses", hypotheses::part(diagnosis));
+    page.section("told", "How well each number is told", told::part(diagnosis));
     page.section("checks", "What was checked in the data", checks::part(diagnosis));
     page.section("next", "Next experiment", next::part(diagnosis, material));
     page.section("provenance", "Where this comes from", provenance::part(diagnosis, command));

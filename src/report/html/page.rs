@@ -5,8 +5,9 @@ use crate::report::figure::{self, Figure, Width, escape};
 
 const TEMPLATE: &str = include_str!("../../../assets/report/page.html");
 const STYLE: &str = include_str!("../../../assets/report/page.css");
-const SCRIPTS: [&str; 4] = [
+const SCRIPTS: [&str; 5] = [
     include_str!("../../../assets/report/data.js"),
+    include_str!("../../../assets/report/scope.js"),
     include_str!("../../../assets/report/traces.js"),
     include_str!("../../../assets/report/scene.js"),
     include_str!("../../../assets/report/page.js"),

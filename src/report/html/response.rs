@@ -90,7 +90,8 @@ fn capitalised(words: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-fn decibels(value: f64) -> f64 {
+/// 20·lg, of magnitudes.
+pub(super) fn decibels(value: f64) -> f64 {
     20.0 * value.max(f64::MIN_POSITIVE).log10()
 }
 
@@ -134,20 +135,24 @@ fn chart(title: &str, x: Axis, y: Axis, marks: Vec<Mark>, height: f64) -> Panel 
     Panel::Chart(Chart { title: title.to_owned(), x, y, marks, height, has_x_labels })
 }
 
+/// Frequency, and the 95 % interval of the magnitude in dB; a band down to nothing ends 60 dB below.
+pub(super) fn magnitude_band(point: &Point) -> [f64; 3] {
+    let [low, high] = point.magnitude_ci95();
+    [point.frequency_hz, decibels(low.max(1e-3 * point.response().norm())), decibels(high)]
+}
+
+/// "dB", and of what where that has a unit.
+pub(super) fn decibel_unit(unit: &str) -> String {
+    if unit.is_empty() { "dB".to_owned() } else { format!("dB ({unit})") }
+}
+
 /// Magnitude in dB with the names of what is marked.
 fn magnitude(response: &Response, sure: &[&Point], x: Axis) -> Panel {
     let height = |z: Complex<f64>| decibels(z.norm());
     let dots: Vec<[f64; 2]> = sure.iter().map(|p| [p.frequency_hz, height(p.response())]).collect();
     let curve: Vec<[f64; 2]> = response.computed.iter().map(|(f, z)| [*f, height(*z)]).collect();
-    let band = |p: &&Point| {
-        let [low, high] = p.magnitude_ci95();
-        // A band down to nothing ends 60 dB below.
-        [p.frequency_hz, decibels(low.max(1e-3 * p.response().norm())), decibels(high)]
-    };
-    let unit = match response.unit.as_str() {
-        "" => "dB".to_owned(),
-        unit => format!("dB ({unit})"),
-    };
+    let band = |p: &&Point| magnitude_band(p);
+    let unit = decibel_unit(&response.unit);
     let y = Axis::holding(unit, dots.iter().chain(&curve).map(|p| p[1]));
     let mut marks = vec![
         Mark::Ribbon { ink: Ink::Measured, points: sure.iter().map(band).collect() },

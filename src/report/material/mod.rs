@@ -6,6 +6,7 @@
 pub mod events;
 pub mod force;
 mod next;
+pub mod partial;
 pub mod response;
 pub mod shape;
 pub mod spectrum;
@@ -14,6 +15,7 @@ pub mod traces;
 pub use events::Event;
 pub use force::Force;
 pub use next::Predicted;
+pub use partial::Partial;
 pub use response::Response;
 pub use shape::MachineShape;
 pub use spectrum::Spectrum;
@@ -40,6 +42,8 @@ pub struct Material {
     pub runs: Vec<RunTraces>,
     /// The force that the twin lacks, over all runs; none where no signal tells the motor's force.
     pub force: Option<Force>,
+    /// What each cause takes up by itself.
+    pub partials: Vec<Partial>,
     /// Spectra of the held-out residuals, one a signal.
     pub spectra: Vec<Spectrum>,
     /// Frequency response of machine and twin, where the signals for one were logged.
@@ -113,10 +117,12 @@ impl Material {
         let all: Vec<&Experiment> = both.iter().map(|(e, _)| *e).collect();
         let floor = Floor::estimate(&machines.improved, &all)?;
         let motion = machine.motion();
+        let force = Force::of(&all, pair)?;
         Ok(Self {
             motion,
             baseline: super::changes::baseline(diagnosis),
-            force: Force::of(&all, pair)?,
+            partials: partial::partials(&machines, diagnosis, &all, force.as_ref(), &floor)?,
+            force,
             spectra: spectrum::of(&runs, motion),
             response: Response::of(&runs),
             calibration_closes: calibration_closes(&machines, &held_out, &floor)?,

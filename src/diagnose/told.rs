@@ -1,0 +1,129 @@
+//! How well the data tell each number of the explanation, and which numbers they tell only together.
+
+use super::fit::Fit;
+use super::hypothesis::{Free, Freedom};
+use super::parameter::NORMAL_975;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+/// A fitted number and what its data say of it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ToldNumber {
+    /// TOML key path.
+    pub path: String,
+    /// Half of the 95 % interval over the size of the value; none for a value of zero.
+    pub relative_half_width: Option<f64>,
+    /// Half of the 95 % interval over half of the tolerance, for a stated constant: near 1 its tolerance tells it, not the data.
+    pub of_tolerance: Option<f64>,
+    /// How many times narrower the interval were if all other numbers were known: √((R⁻¹)ₖₖ), R the correlation matrix; none
+    /// where numbers hang on each other wholly.
+    pub widened_by_others: Option<f64>,
+    /// Place of the number that it is correlated with most; none where it is alone.
+    pub most_with: Option<usize>,
+}
+
+/// The numbers of the explanation that was chosen, with the correlation of their errors.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+pub struct Told {
+    /// The numbers: those of the causes, then stated constants.
+    pub numbers: Vec<ToldNumber>,
+    /// Correlation of their errors, row by row.
+    pub correlation: Vec<Vec<f64>>,
+}
+
+impl Told {
+    /// Whether no number was fitted.
+    pub fn is_empty(&self) -> bool {
+        self.numbers.is_empty()
+    }
+
+    /// Of a fit; numbers that only starts set, and those that an edge of their range holds, have no error and are left out.
+    pub fn of(fit: &Fit) -> Self {
+        let free = &fit.hypothesis.free;
+        let is_told = |k: &usize| !free[*k].held && fit.covariance[(*k, *k)] > 0.0;
+        let chosen: Vec<usize> = (0..free.len()).filter(is_told).collect();
+        let count = chosen.len();
+        let part = DMatrix::from_fn(count, count, |i, j| fit.covariance[(chosen[i], chosen[j])]);
+        let correlation = correlation(&part);
+        let widened = widened_by_others(&correlation);
+        let numbers = chosen.iter().enumerate().map(|(row, &k)| {
+            let half = NORMAL_975 * fit.standard_errors[k];
+            ToldNumber {
+                path: path(&free[k]),
+                relative_half_width: share(half, fit.values[k].abs()),
+                of_tolerance: tolerance(&free[k]).and_then(|tolerance| share(half, tolerance)),
+                widened_by_others: widened.as_ref().map(|all| all[row]),
+                most_with: most_with(&correlation, row),
+            }
+        });
+        let numbers = numbers.collect();
+        let correlation = (0..count).map(|i| correlation.row(i).iter().copied().collect()).collect();
+        Self { numbers, correlation }
+    }
+}
+
+fn path(free: &Free) -> String {
+    match free.freedom {
+        Freedom::Cause => format!("effect.{}.{}", free.effect.name(), free.name),
+        Freedom::Calibration => free.path.clone(),
+    }
+}
+
+/// Half of a stated constant's tolerance.
+fn tolerance(free: &Free) -> Option<f64> {
+    (free.freedom == Freedom::Calibration).then(|| 0.5 * (free.range.1 - free.range.0))
+}
+
+fn share(part: f64, whole: f64) -> Option<f64> {
+    let share = part / whole;
+    (whole > 0.0 && share.is_finite()).then_some(share)
+}
+
+/// Correlation of a covariance with a positive diagonal: C_ij/√(C_ii·C_jj).
+fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let count = covariance.nrows();
+    DMatrix::from_fn(count, count, |i, j| {
+        let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+        if i == j { 1.0 } else { (covariance[(i, j)] / size).clamp(-1.0, 1.0) }
+    })
+}
+
+/// √((R⁻¹)ₖₖ), the root of the variance inflation factor; none where R is singular.
+fn widened_by_others(correlation: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let inverse = correlation.clone().cholesky()?.inverse();
+    let all: Vec<f64> = (0..inverse.nrows()).map(|k| inverse[(k, k)].max(1.0).sqrt()).collect();
+    all.iter().all(|x| x.is_finite()).then_some(all)
+}
+
+fn most_with(correlation: &DMatrix<f64>, row: usize) -> Option<usize> {
+    let others = (0..correlation.ncols()).filter(|column| *column != row);
+    others.max_by(|a, b| correlation[(row, *a)].abs().total_cmp(&correlation[(row, *b)].abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Σ = D·R·D with D = diag(2, 3, 0.5): R comes back, whatever the units.
+    #[test]
+    fn exact_correlation_of_a_known_covariance() {
+        let wanted = DMatrix::from_row_slice(3, 3, &[1.0, 0.8, -0.3, 0.8, 1.0, 0.1, -0.3, 0.1, 1.0]);
+        let units = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![2.0, 3.0, 0.5]));
+        let found = correlation(&(&units * &wanted * &units));
+        assert!((&found - &wanted).norm() < 1e-15, "{found}");
+        assert_eq!([0, 1, 2].map(|row| most_with(&found, row)), [Some(1), Some(0), Some(0)]);
+        assert_eq!(most_with(&DMatrix::from_element(1, 1, 1.0), 0), None);
+    }
+
+    /// Two numbers correlated by ρ: 1/√(1 − ρ²). Numbers that hang on each other wholly have none.
+    #[test]
+    fn exact_two_numbers_widen_each_other() {
+        let pair = |r: f64| DMatrix::from_row_slice(2, 2, &[1.0, r, r, 1.0]);
+        for rho in [0.0, 0.6, -0.8, 0.999] {
+            let found = widened_by_others(&pair(rho)).unwrap();
+            let wanted = 1.0 / (1.0 - rho * rho).sqrt();
+            assert!(found.iter().all(|x| (x / wanted - 1.0).abs() < 1e-12), "{found:?} for {wanted}");
+        }
+        assert!(widened_by_others(&pair(1.0)).is_none());
+    }
+}
