@@ -71,7 +71,7 @@ fn path(free: &Free) -> String {
 
 /// Half of a stated constant's tolerance.
 fn tolerance(free: &Free) -> Option<f64> {
-    (free.freedom == Freedom::Calibration).then(|| 0.5 * (free.range.1 - free.range.0))
+    (free.freedom == Freedom::Calibration).then_some(0.5 * (free.range.1 - free.range.0))
 }
 
 fn share(part: f64, whole: f64) -> Option<f64> {

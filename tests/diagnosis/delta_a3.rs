@@ -80,7 +80,7 @@ fn diagnosis() -> &'static Diagnosis {
 /// the torque constant is off by within its tolerance scales inertia and friction alike.
 fn friction(diagnosis: &Diagnosis) -> [f64; 2] {
     let factor = diagnosis.calibration.iter().find(|one| one.path == "effect.force_constant.factor");
-    let factor = factor.map_or(1.0, |one| one.value);
+    let factor = factor.map_or(1.0, |one| one.parameter.value);
     [("coulomb_friction", "torque_nm"), ("viscous_friction", "viscous_nm_s_per_rad")].map(|(effect, key)| {
         diagnosis.causes.iter().find(|cause| cause.effect == effect).unwrap().parameters[key].value / factor
     })

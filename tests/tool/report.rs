@@ -118,6 +118,27 @@ fn payload_at_its_edge() -> Calibration {
     Calibration { path, parameter: parameter(1.54, 0.2, "kg", 0.0), at_tolerance: true }
 }
 
+fn gap() -> Gap {
+    Gap {
+        rigid_body: None,
+        before: 41.2,
+        after: 1.08,
+        floor: 1.0,
+        closed: 0.9899,
+        closed_ci95: [0.985, 0.995],
+        closed_beside_calibration: 0.98,
+        noise_is_measured: true,
+        predicted_closed: 0.98,
+        signals: vec![
+            signal("control_effort_v", [0.2, 0.01], 1e-3),
+            signal("current_a", [0.18, 0.012], 4e-3),
+            signal("thrust_n", [15.0, 0.9], 0.3),
+            signal("position_m", [1.13e-4, 2.9e-6], 3e-8),
+            signal("velocity_m_per_s", [2.2e-3, 3.1e-5], 1.2e-5),
+        ],
+    }
+}
+
 fn diagnosis() -> Diagnosis {
     let clipped = "The effort is at the amplifier's limit of 10 V in 2.0 % of the samples.";
     let finding = |run: &str, check, severity, message: &str| Finding {
@@ -138,24 +159,7 @@ fn diagnosis() -> Diagnosis {
         calibration: vec![payload_at_its_edge()],
         told: Told::default(),
         remaining: Vec::new(),
-        gap: Gap {
-            rigid_body: None,
-            before: 41.2,
-            after: 1.08,
-            floor: 1.0,
-            closed: 0.9899,
-            closed_ci95: [0.985, 0.995],
-            closed_beside_calibration: 0.98,
-            noise_is_measured: true,
-            predicted_closed: 0.98,
-            signals: vec![
-                signal("control_effort_v", [0.2, 0.01], 1e-3),
-                signal("current_a", [0.18, 0.012], 4e-3),
-                signal("thrust_n", [15.0, 0.9], 0.3),
-                signal("position_m", [1.13e-4, 2.9e-6], 3e-8),
-                signal("velocity_m_per_s", [2.2e-3, 3.1e-5], 1.2e-5),
-            ],
-        },
+        gap: gap(),
         place: place(),
         unexplained: 0.0101,
         left: None,

@@ -84,6 +84,18 @@ fn part(model: &Model, k: usize, unit: &str) -> Part {
     part
 }
 
+fn coherence(model: &Model, frequencies_hz: [f64; 2]) -> Panel {
+    let points = model.measured.iter().map(|p| [p.frequency_hz, p.coherence]);
+    Panel::Chart(Chart {
+        title: "coherence of the data".to_owned(),
+        x: Axis::decades("frequency in Hz", frequencies_hz),
+        y: Axis::linear("γ²", [0.0, 1.05]),
+        marks: vec![Mark::line(Ink::Measured, points)],
+        height: 80.0,
+        has_x_labels: true,
+    })
+}
+
 fn figure(model: &Model, k: usize, unit: &str) -> Figure {
     let highest = 0.5 / model.transfer.sample_period_s();
     let lowest = highest / 10f64.powf(DECADES);
@@ -129,15 +141,7 @@ fn figure(model: &Model, k: usize, unit: &str) -> Figure {
         }),
     ];
     if !sure.is_empty() {
-        let points = model.measured.iter().map(|p| [p.frequency_hz, p.coherence]);
-        panels.push(Panel::Chart(Chart {
-            title: "coherence of the data".to_owned(),
-            x: Axis::decades("frequency in Hz", [lowest, highest]),
-            y: Axis::linear("γ²", [0.0, 1.05]),
-            marks: vec![Mark::line(Ink::Measured, points)],
-            height: 80.0,
-            has_x_labels: true,
-        }));
+        panels.push(coherence(model, [lowest, highest]));
     }
     let caption = format!(
         "Frequency response of {}: the model, and the data with their 95 % band where their coherence is above {COHERENT}.",

@@ -110,9 +110,23 @@ fn ribbons(points: &[Point], band: &[[f64; 3]]) -> Vec<Mark> {
     marks
 }
 
+/// What the figure shows, and how far it can be trusted.
+fn caption(response: &Response, words: &str) -> String {
+    let Response { before, run, highest_hz, .. } = response;
+    let beyond = match before.is_empty() {
+        true => "; at high frequency the controller answers the sensor's noise, and that is coherent too"
+            .to_owned(),
+        false => format!("; beyond {highest_hz:.0} Hz noise outweighs the motion"),
+    };
+    format!(
+        "Frequency response, {words}, run {run}, in closed loop, with its 95 % band, where the coherence is above \
+         {COHERENT}{beyond}."
+    )
+}
+
 /// Magnitude in dB and phase in degrees with their bands, and coherence.
 pub(super) fn figure(response: &Response, motion: Motion, baseline: &str) -> Figure {
-    let Response { input, output, measured, before, after, run, highest_hz } = response;
+    let Response { input, output, measured, before, after, .. } = response;
     // Where its input holds nothing, a response is noise over nothing.
     let sure = |p: &Point, value: f64| if p.coherence >= COHERENT { value } else { f64::NAN };
     let magnitude = |points: &[Point]| -> Vec<[f64; 2]> {
@@ -161,15 +175,7 @@ pub(super) fn figure(response: &Response, motion: Motion, baseline: &str) -> Fig
             80.0,
         ),
     ];
-    let beyond = match before.is_empty() {
-        true => "; at high frequency the controller answers the sensor's noise, and that is coherent too"
-            .to_owned(),
-        false => format!("; beyond {highest_hz:.0} Hz noise outweighs the motion"),
-    };
-    let caption = format!(
-        "Frequency response, {words}, run {run}, in closed loop, with its 95 % band, where the coherence is above \
-         {COHERENT}{beyond}."
-    );
+    let caption = caption(response, &words);
     let legend = if before.is_empty() {
         vec![(Ink::Measured, "recorded, 95 % band")]
     } else {
