@@ -27,11 +27,6 @@ impl Pictures {
         self.html.is_some() || self.figures.is_some()
     }
 
-    /// Where the page goes.
-    pub(super) fn html(&self) -> Option<&Path> {
-        self.html.as_deref()
-    }
-
     /// Where the figures go.
     pub(super) fn figures(&self) -> Option<&Path> {
         self.figures.as_deref()
@@ -195,9 +190,8 @@ pub(super) fn check_apart(outputs: &[Output], inputs: &[&Path]) -> Result<(), Er
 /// Makes sure that nothing is written below the folders of a trial: what lies there is sealed or committed.
 pub(super) fn check_outside(trial: &Path, outputs: &[Output]) -> Result<(), Error> {
     let trial = real(trial);
-    let is_below = |path: &Path| {
-        real(path).parent().is_some_and(|folder| folder.starts_with(&trial) && folder != trial)
-    };
+    let is_below =
+        |path: &Path| real(path).parent().is_some_and(|folder| folder.starts_with(&trial) && folder != trial);
     let Some((output, path)) = outputs.iter().find_map(|o| Some((o, o.path.filter(|path| is_below(path))?)))
     else {
         return Ok(());

@@ -138,8 +138,7 @@ enum FileFormat {
 const STROKES: [&str; 11] =
     ["cells", "held_out", "hidden", "noise", "perfect", "back", "repeat", "lead", "dwell", "bristles", "log"];
 /// What tells which strokes to make or draws them, and has no place where commands tell what to do.
-const NO_COMMANDS: [&str; 8] =
-    ["cells", "held_out", "back", "repeat", "lead", "dwell", "html", "figures"];
+const NO_COMMANDS: [&str; 8] = ["cells", "held_out", "back", "repeat", "lead", "dwell", "html", "figures"];
 
 /// One run before it is simulated.
 struct Plan {

@@ -159,7 +159,8 @@ impl Tune {
         let mut marks = self.marks.iter().map(|text| mark(text)).collect::<Result<Vec<_>, _>>()?;
         if !self.vary.is_empty() {
             let knob = |w: &Written| {
-                Knob::new(machine, &w.key, w.range, w.step).map_err(|error| error.typed(format!("--vary {}", w.key)))
+                Knob::new(machine, &w.key, w.range, w.step)
+                    .map_err(|error| error.typed(format!("--vary {}", w.key)))
             };
             return Ok((self.vary.iter().map(knob).collect::<Result<_, _>>()?, marks));
         }

@@ -59,7 +59,8 @@ pub(crate) fn explained(error: Error, message: &str) -> Error {
 fn in_words(message: String) -> String {
     let Some((found, expected)) = message.split_once(", expected ") else { return message };
     let whole = ["i64", "i32", "u64", "u32", "u16", "u8", "usize"];
-    let is_table = |word: &str| ["internally tagged enum ", "struct ", "a map"].iter().any(|w| word.starts_with(w));
+    let is_table =
+        |word: &str| ["internally tagged enum ", "struct ", "a map"].iter().any(|w| word.starts_with(w));
     let expected = match expected {
         word if whole.contains(&word) => "a whole number",
         "f64" => "a number",
@@ -135,7 +136,10 @@ mod tests {
             told("invalid type: integer `3`, expected internally tagged enum Controller"),
             "the integer `3`, expected a table"
         );
-        assert_eq!(told("invalid type: string \"x\", expected u64"), "the string \"x\", expected a whole number");
+        assert_eq!(
+            told("invalid type: string \"x\", expected u64"),
+            "the string \"x\", expected a whole number"
+        );
         assert_eq!(told("unknown field `a`, expected `b`"), "unknown field `a`, expected `b`");
     }
 

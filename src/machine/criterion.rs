@@ -99,8 +99,7 @@ impl Criterion {
     /// A key that is none of this kind of axis, or a bound that is not finite and zero or more.
     pub fn bounded(motion: Motion, key: &str, bound: f64) -> Result<Self> {
         let keys = || Self::ALL.map(|criterion| criterion.key(motion)).join(", ");
-        let Some(criterion) = Self::ALL.into_iter().find(|criterion| criterion.key(motion) == key)
-        else {
+        let Some(criterion) = Self::ALL.into_iter().find(|criterion| criterion.key(motion) == key) else {
             return Err(Error::new(ErrorKind::UnknownKey)
                 .key(key)
                 .found("a name that is no criterion")

@@ -70,7 +70,10 @@ impl Machine {
             .file(&self.file)
             .key(format!("{table}.cells.{place}"))
             .found(format!("`{cell}`"))
-            .expected(format!("a stroke from {} to {} {unit}, the travel of the joint", joint.lower, joint.upper))
+            .expected(format!(
+                "a stroke from {} to {} {unit}, the travel of the joint",
+                joint.lower, joint.upper
+            ))
             .remedy("shorten the stroke; it starts at position 0"))
     }
 

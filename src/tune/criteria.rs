@@ -1,6 +1,6 @@
 //! What is asked of a setting, in the field's terms.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::machine::{Criterion, Machine};
 use crate::units::Motion;
 use std::collections::BTreeMap;

@@ -91,7 +91,8 @@ impl Setting {
         let strokes = self.strokes.iter().zip(&other.strokes).all(|(mine, theirs)| {
             Criterion::ALL.into_iter().zip(mine.iter().zip(theirs)).all(|(c, (a, b))| no_worse(c, *a, *b))
         });
-        let of_loop = Criterion::ALL[Criterion::OF_STROKE..].iter().zip(self.margins.iter().zip(&other.margins));
+        let of_loop =
+            Criterion::ALL[Criterion::OF_STROKE..].iter().zip(self.margins.iter().zip(&other.margins));
         self.is_stable && strokes && of_loop.into_iter().all(|(c, (a, b))| no_worse(*c, *a, *b))
     }
 }

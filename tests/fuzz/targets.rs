@@ -186,10 +186,15 @@ fn log(folder: &Path, file: &Path) -> Result<()> {
         toml::Value::from(name).to_string()
     };
     let mapped = |[time, position, current]: [usize; 3], head: &str| {
-        let time = if head.is_empty() { format!("time_s = {{ column = {}, unit = \"s\" }}\n", column(time)) } else { String::new() };
+        let time = if head.is_empty() {
+            format!("time_s = {{ column = {}, unit = \"s\" }}\n", column(time))
+        } else {
+            String::new()
+        };
         let text = format!(
             "{head}[[run]]\nfile = \"{name}\"\n[columns]\n{time}position_m = {{ column = {}, unit = \"m\" }}\ncurrent_a = {{ column = {}, unit = \"A\" }}\n",
-            column(position), column(current)
+            column(position),
+            column(current)
         );
         std::fs::write(folder.join("recording.toml"), text).unwrap();
         recorded(folder)

@@ -58,7 +58,11 @@ pub(in super::super) struct Gains {
 impl Gains {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let inputs: Vec<&Path> = [&self.recording, &self.machine, &self.table].into_iter().flatten().map(PathBuf::as_path).collect();
+        let inputs: Vec<&Path> = [&self.recording, &self.machine, &self.table]
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path)
+            .collect();
         self.pictures.check_places(&[], &inputs)?;
         let sheet = match (&self.table, &self.recording) {
             (Some(table), _) => self.of_table(&GainTable::read(table)?, screen)?,

@@ -105,7 +105,8 @@ struct Computed {
 impl Response {
     /// Measures, fits, prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let inputs: Vec<&Path> = [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
+        let inputs: Vec<&Path> =
+            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
         self.pictures.check_places(&[], &inputs)?;
         let Subject { name: subject, note, sha256, runs, machine } = self.subject()?;
         let all: Vec<&Run> = runs.iter().collect();

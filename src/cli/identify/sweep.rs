@@ -175,7 +175,8 @@ impl Sweep {
 
     /// Measures, fits, prints.
     pub(in super::super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let inputs: Vec<&Path> = [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
+        let inputs: Vec<&Path> =
+            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
         self.pictures.check_places(&[], &inputs)?;
         let structure = self.structure()?;
         let Subject { name, note, runs, machine } = self.subject(screen)?;

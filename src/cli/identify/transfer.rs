@@ -82,7 +82,8 @@ pub(super) struct Transfer {
 impl Transfer {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let inputs: Vec<&Path> = [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
+        let inputs: Vec<&Path> =
+            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
         self.pictures.check_places(&[], &inputs)?;
         let found = match (&self.machine, &self.recording) {
             (Some(machine), _) => Some(self.of_machine(&Machine::read(machine)?, screen)?),

@@ -193,7 +193,10 @@ fn plans() -> Vec<Case> {
     let registers = vary("integral", "6", "65");
     [
         ("a key that is not there", vary("nope", "1", "2")),
-        ("a key of another part", vary("integral", "1", "2").replace("controller.integral", "guide.viscous_n_s_per_m")),
+        (
+            "a key of another part",
+            vary("integral", "1", "2").replace("controller.integral", "guide.viscous_n_s_per_m"),
+        ),
         ("a table for a key", vary("integral", "1", "2").replace("controller.integral", "controller")),
         ("half a count", vary("integral", "6.5", "65")),
         ("half a count as step", registers.clone() + "step = 0.5\n"),

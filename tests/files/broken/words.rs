@@ -139,9 +139,30 @@ pub fn cases() -> Vec<Case> {
         &["trial", "run", "full", "--jobs", "0"],
         &["frobnicate"],
         &["trial", "forge", "--machine", "machine", "--seed", "7", "--jobs", "100000000", "--out", "trial"],
-        &["trial", "forge", "--machine", "machine", "--seed", "7", "--cases", "99999999999", "--out", "trial"],
+        &[
+            "trial",
+            "forge",
+            "--machine",
+            "machine",
+            "--seed",
+            "7",
+            "--cases",
+            "99999999999",
+            "--out",
+            "trial",
+        ],
         &["trial", "run", "full", "--jobs", "100000000"],
-        &["replay", "--machine", "machine", "--cell", "0.02@8", "--set", "urdf=\"other.urdf\"", "--out", "out"],
+        &[
+            "replay",
+            "--machine",
+            "machine",
+            "--cell",
+            "0.02@8",
+            "--set",
+            "urdf=\"other.urdf\"",
+            "--out",
+            "out",
+        ],
         &["replay", "--machine", "machine", "--cell", "0.02@8", "--hide", "joint=\"tilt\"", "--out", "out"],
         &["replay", "--machine", "machine", "--cell", "0.02@8", "--set", "controller=3", "--out", "out"],
         &["tune", "machine", "--friction", "1e300"],
@@ -167,7 +188,8 @@ fn recorded(arguments: &[&str], at_fault: &'static str) -> Case {
     let mut case = case(arguments);
     for folder in ["log", "before"] {
         case.files.push(file(&format!("{folder}/recording.toml"), "[[run]]\nfile = \"a.csv\"\n"));
-        case.files.push(file(&format!("{folder}/a.csv"), format!("time_s,position_m,control_effort_v\n{rows}")));
+        case.files
+            .push(file(&format!("{folder}/a.csv"), format!("time_s,position_m,control_effort_v\n{rows}")));
     }
     case.files.push(file("drawings/mine.svg", "<svg/>"));
     Case { at_fault, ..case }
