@@ -7,7 +7,7 @@ use std::sync::OnceLock;
 use nalgebra::Vector3;
 use slideway::error::Result;
 use slideway::machine::Machine;
-use slideway::plant::{axis::Axis, rapier::Rig};
+use slideway::plant::{Plant as _, axis::Axis, rapier::Rig};
 use slideway::recording::{Existing, Format, LogContext, Recording, Run, Signal, TableLayout};
 use slideway::replay::Commands;
 use slideway::solid::Mesh;
