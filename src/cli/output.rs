@@ -177,9 +177,8 @@ pub(super) fn check_apart(outputs: &[Output], inputs: &[&Path]) -> Result<(), Er
                 return Err(refused(path, output.option, &found, expected, "name another place"));
             }
         }
-        let takes = |input: &&&Path| {
-            output.kind != Kind::Figures && output.would_take(place, &real(input), false)
-        };
+        let takes =
+            |input: &&&Path| output.kind != Kind::Figures && output.would_take(place, &real(input), false);
         if let Some(input) = inputs.iter().find(takes) {
             let found = format!("the place of {}, which is read", input.display());
             let expected = "a place that holds no input";
