@@ -130,6 +130,13 @@ impl Error {
         self
     }
 
+    /// The same refusal, of what was typed: an option of the command.
+    #[must_use]
+    pub fn typed(mut self, option: impl Into<String>) -> Self {
+        self.0.place = Place { file: None, row: None, key: Some(option.into()) };
+        self
+    }
+
     /// What was read.
     #[must_use]
     pub fn found(mut self, found: impl Into<String>) -> Self {

@@ -39,7 +39,7 @@ pub(super) struct CrosscheckCommand {
 impl CrosscheckCommand {
     /// Replays, compares, shows.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        self.pictures.check_places(&[], &[&self.machine])?;
         let machine = Machine::read(&self.machine)?;
         let machine = set(&machine, &self.settings)?;
         let cells = if self.cells.is_empty() { cells_of(&machine)? } else { self.cells.clone() };

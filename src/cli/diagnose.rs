@@ -10,13 +10,13 @@ use slideway::diagnose::{Diagnosis, MOST_SAMPLES, Options, Progress, Verdict, co
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
 use slideway::machine::Machine;
-use slideway::recording::{Existing, MappedColumn, Recording};
+use slideway::recording::{Existing, MappedColumn, Recording, Run};
 use slideway::report::figure::svg;
 use slideway::report::material::Material;
 use slideway::report::{html, sentence, terminal};
 
 use super::effects::{Named, named};
-use super::output::{Pictures, check_apart, check_place, command_line, write};
+use super::output::{Output, Pictures, check_apart, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
 use super::subject::{check_motion, machine_of, read};
 use super::{Failure, Screen, advance, style};
@@ -90,26 +90,28 @@ impl Diagnose {
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         let destination = self.destination()?;
         self.figure.iter().try_for_each(|path| check_place(path, "--figure"))?;
-        self.pictures.check_places()?;
         let verdict_file = if let Destination::File(path) = destination { Some(path) } else { None };
         let places = [
-            ("--json", verdict_file),
-            ("--figure", self.figure.as_deref()),
-            ("--html", self.pictures.html()),
-            ("--figures", self.pictures.figures()),
-            ("--write-machine", self.write_machine.as_deref()),
+            Output::file("--json", verdict_file),
+            Output::file("--figure", self.figure.as_deref()),
+            Output::whole("--write-machine", self.write_machine.as_deref()),
         ];
-        check_apart(&places)?;
+        let named = [&self.named, &self.reference, &self.machine].into_iter().flatten();
+        let inputs: Vec<&Path> = self.recordings.iter().chain(named).map(PathBuf::as_path).collect();
+        self.pictures.check_places(&places, &inputs)?;
         self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder, self.existing()))?;
         let named: Vec<PathBuf> = self.named.iter().cloned().collect();
         let paths = if self.recordings.is_empty() { &named } else { &self.recordings };
         let recording = read(paths, self.machine.as_deref(), &self.maps)?;
         let machine = self.machine(&recording)?;
+        let folder = machine.file().parent().unwrap_or(Path::new("."));
+        check_apart(&[Output::whole("--write-machine", self.write_machine.as_deref())], &[folder])?;
         let before = self.reference.as_ref();
         let before = before.map(|path| read(std::slice::from_ref(path), self.machine.as_deref(), &self.maps));
         let reference = before.transpose()?;
         if let Some(reference) = &reference {
             check_motion(&machine, reference)?;
+            check_another(reference, &recording)?;
         }
         let diagnosis = self.diagnose(&machine, reference.as_ref(), &recording, screen)?;
         match destination {
@@ -210,6 +212,22 @@ impl Diagnose {
         bar.finish_and_clear();
         ended.map_err(|error| error.file(&recording.path))
     }
+}
+
+/// Refuses a reference that is the recording itself: nothing would have changed, whatever the machine did.
+fn check_another(reference: &Recording, recording: &Recording) -> Result<(), Error> {
+    // Two stretches of one file are two recordings.
+    let is_same = |a: &Run, b: &Run| {
+        !a.sha256.is_empty() && (&a.sha256, a.start_s, a.len()) == (&b.sha256, b.start_s, b.len())
+    };
+    let is_twice = |run: &&Run| recording.runs().iter().any(|other| is_same(run, other));
+    let Some(run) = reference.runs().iter().find(is_twice) else { return Ok(()) };
+    Err(Error::new(ErrorKind::Inconsistent)
+        .file(&run.file)
+        .key("--reference")
+        .found(format!("the samples of run `{}` in both recordings", run.name()))
+        .expected("a recording from before the change, and another one from after it")
+        .remedy("name the recording of the healthy machine as --reference"))
 }
 
 /// Fewer samples hold no motion and its counterpart.

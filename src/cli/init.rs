@@ -83,12 +83,15 @@ pub(super) struct Init {
     stroke: Option<[f64; 2]>,
 }
 
+/// Beyond any machine, whatever the unit.
+const LARGEST: f64 = 1e9;
+
 fn positive(text: &str) -> Result<f64, String> {
     let number =
         text.parse::<f64>().map_err(|error| format!("{error}; expected a number in the unit of the flag"))?;
-    match number.is_finite() && number > 0.0 {
+    match number > 0.0 && number <= LARGEST {
         true => Ok(number),
-        false => Err("expected more than zero".to_owned()),
+        false => Err(format!("expected more than zero, at most {LARGEST:e}")),
     }
 }
 

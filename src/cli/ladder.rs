@@ -1,7 +1,7 @@
 //! `slideway ladder`: what each term of a feed-forward leaves to the feedback.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -47,7 +47,9 @@ pub(super) struct LadderCommand {
 impl LadderCommand {
     /// Replays and shows.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        let named = [&self.machine, &self.diagnose].into_iter().flatten().map(PathBuf::as_path);
+        let inputs: Vec<&Path> = named.chain([self.recording.as_path()]).collect();
+        self.pictures.check_places(&[], &inputs)?;
         let recording = Recording::read(&self.recording)?;
         let machine = set(&machine_of(&recording, self.machine.as_ref())?, &self.settings)?;
         let runs = runs_of(&recording, self.run.as_deref())?;

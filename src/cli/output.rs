@@ -1,7 +1,7 @@
 //! Files that a command writes beside its tables: whole or not at all.
 
 use std::io::Read as _;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use clap::Args;
 use slideway::error::{Error, ErrorKind};
@@ -27,35 +27,20 @@ impl Pictures {
         self.html.is_some() || self.figures.is_some()
     }
 
-    /// Where the page goes.
-    pub(super) fn html(&self) -> Option<&Path> {
-        self.html.as_deref()
-    }
-
     /// Where the figures go.
     pub(super) fn figures(&self) -> Option<&Path> {
         self.figures.as_deref()
     }
 
-    /// Makes sure that they can be written before the work begins.
-    pub(super) fn check_places(&self) -> Result<(), Error> {
+    /// Makes sure before the work begins that they can be written, apart from what else is written and from what is read.
+    pub(super) fn check_places(&self, further: &[Output], inputs: &[&Path]) -> Result<(), Error> {
+        let own = [
+            Output::file("--html", self.html.as_deref()),
+            Output { option: "--figures", path: self.figures.as_deref(), kind: Kind::Figures },
+        ];
+        check_apart(&own.into_iter().chain(further.iter().copied()).collect::<Vec<_>>(), inputs)?;
         self.html.iter().try_for_each(|path| check_place(path, "--html"))?;
-        let Some(folder) = &self.figures else { return Ok(()) };
-        if folder.exists() && !folder.is_dir() {
-            return Err(refused(folder, "--figures", "a file", "a folder", "name another folder"));
-        }
-        let above = folder.ancestors().find(|above| above.as_os_str().is_empty() || above.exists());
-        let above = above.filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        if !above.is_dir() {
-            return Err(refused(
-                folder,
-                "--figures",
-                "a path through a file",
-                "a folder",
-                "name another folder",
-            ));
-        }
-        whole::probe_file(&above.join("figure.svg")).map_err(|error| error.key("--figures"))
+        self.figures.iter().try_for_each(|folder| check_figures(folder))
     }
 
     /// Writes what is asked for; the screen names it.
@@ -106,20 +91,130 @@ fn refused(path: &Path, option: &str, found: &str, expected: &str, remedy: &str)
 /// Endings of what a recording or a machine is made of.
 const INPUTS: [&str; 7] = ["toml", "csv", "parquet", "urdf", "stl", "obj", "dae"];
 
-/// Makes sure that no two options write the same file.
-pub(super) fn check_apart(places: &[(&str, Option<&Path>)]) -> Result<(), Error> {
-    let place =
-        |path: &Path| folder(path).canonicalize().ok().map(|f| f.join(path.file_name().unwrap_or_default()));
-    for (k, (option, path)) in places.iter().enumerate() {
-        let Some(path) = path else { continue };
-        let is_same =
-            |(_, other): &&(&str, Option<&Path>)| other.is_some_and(|other| place(other) == place(path));
-        if let Some((other, _)) = places[..k].iter().find(is_same) {
-            let found = format!("the file that {other} writes");
-            return Err(refused(path, option, &found, "a file of its own", "name another file"));
+/// A folder for figures: new, or with no drawing in it but earlier ones of this program.
+fn check_figures(folder: &Path) -> Result<(), Error> {
+    let refuse =
+        |found: &str, expected| Err(refused(folder, "--figures", found, expected, "name another folder"));
+    if folder.as_os_str().is_empty() {
+        return refuse("an empty path", "a folder");
+    }
+    if folder.exists() && !folder.is_dir() {
+        return refuse("a file", "a folder");
+    }
+    let above = folder.ancestors().find(|above| above.as_os_str().is_empty() || above.exists());
+    let above = above.filter(|above| !above.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !above.is_dir() {
+        return refuse("a path through a file", "a folder");
+    }
+    // Which figures come is not known before the work.
+    let mut there: Vec<PathBuf> =
+        std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect();
+    there.sort();
+    let is_svg = |path: &&PathBuf| path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("svg"));
+    if let Some(foreign) = there.iter().filter(is_svg).find(|path| !is_ours(path, "svg")) {
+        let found = "a drawing that is there already and is no figure of slideway";
+        let expected = "a folder without drawings that a figure could write over";
+        return Err(refused(foreign, "--figures", found, expected, "name another folder"));
+    }
+    whole::probe_file(&above.join("figure.svg")).map_err(|error| error.key("--figures"))
+}
+
+/// What becomes of a place that a command writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// A file.
+    File,
+    /// A folder that is put in its place as a whole.
+    Whole,
+    /// A folder that figures are put into, beside what is there.
+    Figures,
+}
+
+/// A place that an option writes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Output<'a> {
+    option: &'a str,
+    path: Option<&'a Path>,
+    kind: Kind,
+}
+
+impl<'a> Output<'a> {
+    /// A file.
+    pub(super) fn file(option: &'a str, path: Option<&'a Path>) -> Self {
+        Self { option, path, kind: Kind::File }
+    }
+
+    /// A folder that is put in its place as a whole: what else lies in it would go, or keep it from being replaced.
+    pub(super) fn whole(option: &'a str, path: Option<&'a Path>) -> Self {
+        Self { option, path, kind: Kind::Whole }
+    }
+
+    /// Whether something at the other place would be written over or taken away with it.
+    fn would_take(&self, own: &Path, other: &Path, is_drawing: bool) -> bool {
+        match self.kind {
+            Kind::File => other == own,
+            Kind::Whole => other.starts_with(own),
+            Kind::Figures => other == own || (is_drawing && other.parent() == Some(own)),
+        }
+    }
+}
+
+/// Makes sure that no output is written over another one, lies in a folder that another one puts in place, or is what is read.
+pub(super) fn check_apart(outputs: &[Output], inputs: &[&Path]) -> Result<(), Error> {
+    let named: Vec<(&Output, &Path, PathBuf)> =
+        outputs.iter().filter_map(|output| Some((output, output.path?, real(output.path?)))).collect();
+    for (k, (output, path, place)) in named.iter().enumerate() {
+        for (other, _, other_place) in &named[..k] {
+            let is_drawing = |path: &Path| path.extension().is_some_and(|ending| ending == "svg");
+            if output.would_take(place, other_place, is_drawing(other_place))
+                || other.would_take(other_place, place, is_drawing(place))
+            {
+                let found = match place == other_place {
+                    true => format!("the place that {} writes", other.option),
+                    false => format!("a place that is not apart from that of {}", other.option),
+                };
+                let expected = "a place of its own";
+                return Err(refused(path, output.option, &found, expected, "name another place"));
+            }
+        }
+        let takes =
+            |input: &&&Path| output.kind != Kind::Figures && output.would_take(place, &real(input), false);
+        if let Some(input) = inputs.iter().find(takes) {
+            let found = format!("the place of {}, which is read", input.display());
+            let expected = "a place that holds no input";
+            return Err(refused(path, output.option, &found, expected, "name another place"));
         }
     }
     Ok(())
+}
+
+/// Makes sure that nothing is written below the folders of a trial: what lies there is sealed or committed.
+pub(super) fn check_outside(trial: &Path, outputs: &[Output]) -> Result<(), Error> {
+    let trial = real(trial);
+    let is_below =
+        |path: &Path| real(path).parent().is_some_and(|folder| folder.starts_with(&trial) && folder != trial);
+    let Some((output, path)) = outputs.iter().find_map(|o| Some((o, o.path.filter(|path| is_below(path))?)))
+    else {
+        return Ok(());
+    };
+    let found = "a file among those of the trial";
+    Err(refused(path, output.option, found, "a file of its own", "name a file outside the trial"))
+}
+
+/// The path without links, `.` and `..`; its last parts need not exist.
+fn real(path: &Path) -> PathBuf {
+    if let Ok(real) = path.canonicalize() {
+        return real;
+    }
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    match (path.parent(), path.components().next_back()) {
+        (Some(parent), Some(Component::Normal(name))) => real(parent).join(name),
+        (Some(parent), Some(Component::ParentDir)) => {
+            let parent = real(parent);
+            parent.parent().map_or(parent.clone(), Path::to_path_buf)
+        }
+        _ => path,
+    }
 }
 
 /// Makes sure that a file can be written there before the work begins, and that it is no input that would be lost.

@@ -24,7 +24,7 @@ use slideway::report::html;
 use slideway::units;
 
 use super::count::{count, seed};
-use super::output::{Pictures, check_apart, command_line};
+use super::output::{Output, Pictures, command_line};
 use super::setting::{Setting, lay_over, set};
 use super::stability::stability;
 use super::standstill::standstill;
@@ -137,8 +137,8 @@ enum FileFormat {
 /// What tells which strokes to make and how, and has no place where a recording tells it.
 const STROKES: [&str; 11] =
     ["cells", "held_out", "hidden", "noise", "perfect", "back", "repeat", "lead", "dwell", "bristles", "log"];
-/// What tells which strokes to make, and has no place where commands tell it.
-const NO_COMMANDS: [&str; 6] = ["cells", "held_out", "back", "repeat", "lead", "dwell"];
+/// What tells which strokes to make or draws them, and has no place where commands tell what to do.
+const NO_COMMANDS: [&str; 8] = ["cells", "held_out", "back", "repeat", "lead", "dwell", "html", "figures"];
 
 /// One run before it is simulated.
 struct Plan {
@@ -162,7 +162,12 @@ fn deflection(text: &str) -> Result<f64, String> {
 impl Replay {
     /// Simulates, writes, and shows a table with a row a run; or compares.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        let read = [&self.machine, &self.recording, &self.commands, &self.beside];
+        let inputs: Vec<&Path> = read.into_iter().flatten().map(PathBuf::as_path).collect();
+        self.pictures.check_places(&[Output::whole("--out", self.out.as_deref())], &inputs)?;
+        if let Some(out) = &self.out {
+            Recording::check_place(out, self.existing()).map_err(|error| error.key("--out"))?;
+        }
         match (&self.recording, &self.commands) {
             (Some(recording), _) => self.against(recording, screen),
             (None, Some(commands)) => self.commanded(commands, screen),
@@ -177,7 +182,6 @@ impl Replay {
         let stated = set(&machine, &self.settings)?;
         let simulated = lay_over(&stated, &self.hidden, "--hide")?;
         let plans = self.plans(&stated)?;
-        self.check_out(out)?;
         write!(screen.out, "{}", stability(&simulated))?;
         let samples: usize = plans.iter().map(|plan| plan.reference.len()).sum();
         let progress = screen.progress(samples as u64, "simulating");
@@ -208,14 +212,6 @@ impl Replay {
 
     fn existing(&self) -> Existing {
         if self.replace { Existing::Replace } else { Existing::Refuse }
-    }
-
-    /// Makes sure before the work begins that the recording can be written.
-    fn check_out(&self, out: &Path) -> Result<(), Error> {
-        Recording::check_place(out, self.existing()).map_err(|error| error.key("--out"))?;
-        let places =
-            [("--out", Some(out)), ("--html", self.pictures.html()), ("--figures", self.pictures.figures())];
-        check_apart(&places)
     }
 
     fn write(&self, recording: &Recording, out: &Path) -> Result<(), Error> {

@@ -50,8 +50,14 @@ impl Man {
             clap_mangen::Man::new(command).render(&mut screen.out)?;
             return Ok(ExitCode::SUCCESS);
         };
-        std::fs::create_dir_all(folder).map_err(|error| Error::io(folder, &error))?;
-        clap_mangen::generate_to(command, folder).map_err(|error| Error::io(folder, &error))?;
+        let told = |error: std::io::Error| {
+            Error::io(folder, &error)
+                .key("--out")
+                .expected("a folder in which files can be made")
+                .remedy("name a folder in which you may write")
+        };
+        std::fs::create_dir_all(folder).map_err(told)?;
+        clap_mangen::generate_to(command, folder).map_err(told)?;
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -12,7 +12,7 @@ use slideway::replay::crosscheck::cells_of;
 use slideway::report::{Style, html, tuned, tuning_map};
 use slideway::tune::{Knob, Limits, Objective, Tuning, Written, WrittenLimit};
 
-use super::output::{Pictures, check_place, command_line, write};
+use super::output::{Output, Pictures, check_place, command_line, write};
 use super::setting::{Setting, set};
 use super::standstill::some_standstill;
 use super::{Failure, Screen, style};
@@ -52,7 +52,7 @@ pub(super) struct Tune {
     minimise: Least,
     /// Largest Coulomb friction of the re-check, N or N·m [default: that of the table [tune], otherwise 10 % of
     /// the strokes' peak thrust]
-    #[arg(long, value_name = "N", allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = friction)]
     friction: Option<f64>,
     /// Standstill after each stroke, in s
     #[arg(long, value_name = "S", default_value = "0.6", allow_negative_numbers = true, value_parser = some_standstill)]
@@ -65,6 +65,14 @@ pub(super) struct Tune {
     map_file: Option<PathBuf>,
     #[command(flatten)]
     pictures: Pictures,
+}
+
+/// More no axis has, N or N·m.
+const MOST_FRICTION: f64 = 1e9;
+
+fn friction(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| (0.0..=MOST_FRICTION).contains(number));
+    number.ok_or_else(|| format!("expected a force from 0 to {MOST_FRICTION:e}"))
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -80,7 +88,8 @@ enum Least {
 impl Tune {
     /// Tunes and shows.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        let map = Output::file("--map", self.map_file.as_deref());
+        self.pictures.check_places(&[map], &[&self.machine])?;
         self.map_file.iter().try_for_each(|file| check_new(file))?;
         let machine = Machine::read(&self.machine)?;
         let machine = set(&machine, &self.settings)?;
@@ -149,7 +158,10 @@ impl Tune {
     fn knobs(&self, machine: &Machine, stated: &TunePlan) -> Result<(Vec<Knob>, Vec<Vec<f64>>), Error> {
         let mut marks = self.marks.iter().map(|text| mark(text)).collect::<Result<Vec<_>, _>>()?;
         if !self.vary.is_empty() {
-            let knob = |w: &Written| Knob::new(machine, &w.key, w.range, w.step);
+            let knob = |w: &Written| {
+                Knob::new(machine, &w.key, w.range, w.step)
+                    .map_err(|error| error.typed(format!("--vary {}", w.key)))
+            };
             return Ok((self.vary.iter().map(knob).collect::<Result<_, _>>()?, marks));
         }
         if stated.vary.is_empty() {

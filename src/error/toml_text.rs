@@ -46,15 +46,33 @@ pub(crate) fn explained(error: Error, message: &str) -> Error {
     if message == "duplicate key" {
         return error.found("a key or table for the second time").expected("each once");
     }
-    let message = message
-        .replace("expected i64", "expected a whole number")
-        .replace("expected f64", "expected a number");
+    let message = in_words(message);
     match message.split_once(", expected ") {
         Some((found, expected)) => {
             error.found(format!("{found}{}", meant(found, expected))).expected(expected)
         }
         None => error.found(message).expected("a file as README.md describes it"),
     }
+}
+
+/// What a library calls the kinds of values, in the words of a file.
+fn in_words(message: String) -> String {
+    let Some((found, expected)) = message.split_once(", expected ") else { return message };
+    let whole = ["i64", "i32", "u64", "u32", "u16", "u8", "usize"];
+    let is_table =
+        |word: &str| ["internally tagged enum ", "struct ", "a map"].iter().any(|w| word.starts_with(w));
+    let expected = match expected {
+        word if whole.contains(&word) => "a whole number",
+        "f64" => "a number",
+        "a boolean" => "true or false",
+        "a sequence" => "a list",
+        word if is_table(word) => "a table",
+        word => word,
+    };
+    let found = found.replace("invalid type: sequence", "a list").replace("invalid type: map", "a table");
+    let found = found.replace("invalid type: floating point", "the number").replace("invalid type: ", "the ");
+    let found = found.replace("invalid value: ", "the ");
+    format!("{found}, expected {expected}")
 }
 
 /// Which of the names that TOML lists was meant by the unknown one, where one is near.
@@ -109,6 +127,20 @@ mod tests {
             assert_eq!(error.path(), Some(Path::new("axis.toml")));
         }
         assert_eq!(refused("# empty\n").kind(), ErrorKind::Missing);
+    }
+
+    #[test]
+    fn exact_kinds_of_values_are_told_in_the_words_of_a_file() {
+        let told = |message: &str| in_words(message.to_owned());
+        assert_eq!(
+            told("invalid type: integer `3`, expected internally tagged enum Controller"),
+            "the integer `3`, expected a table"
+        );
+        assert_eq!(
+            told("invalid type: string \"x\", expected u64"),
+            "the string \"x\", expected a whole number"
+        );
+        assert_eq!(told("unknown field `a`, expected `b`"), "unknown field `a`, expected `b`");
     }
 
     #[test]

@@ -59,18 +59,20 @@ fn no_such_key(path: &str, key: &str) -> Error {
         .remedy("write it as in machine.toml, for instance controller.integral")
 }
 
+/// The value at `path`, if there is one.
+pub(super) fn value<'a>(table: &'a toml::Table, path: &str) -> Option<&'a toml::Value> {
+    let mut keys = path.split('.');
+    let first = table.get(keys.next()?)?;
+    keys.try_fold(first, |value, key| match value {
+        toml::Value::Table(table) => table.get(key),
+        toml::Value::Array(array) => array.get(key.parse::<usize>().ok()?),
+        _ => None,
+    })
+}
+
 /// The number at `path`, if there is one.
 pub(super) fn number(table: &toml::Table, path: &str) -> Option<f64> {
-    let mut keys = path.split('.');
-    let mut value = table.get(keys.next()?)?;
-    for key in keys {
-        value = match value {
-            toml::Value::Table(table) => table.get(key)?,
-            toml::Value::Array(array) => array.get(key.parse::<usize>().ok()?)?,
-            _ => return None,
-        };
-    }
-    match value {
+    match value(table, path)? {
         toml::Value::Float(x) => Some(*x),
         toml::Value::Integer(n) => Some(*n as f64),
         _ => None,

@@ -4,6 +4,7 @@
 //! source of every number. A new machine is a new folder; nothing in this crate knows one by name.
 
 mod carried;
+mod criterion;
 mod description;
 mod file_tables;
 mod file_text;
@@ -13,14 +14,17 @@ pub mod provenance;
 mod schema;
 mod stated;
 mod tolerance;
+mod turned;
 mod write;
 
+pub use criterion::Criterion;
 pub use description::{Base, Description, ReferenceGenerator, Screw};
 pub use file_tables::{FileKey, FileTable, file_tables};
 pub use plans::{CrosscheckPlan, TunePlan, Vary};
 pub use provenance::Provenance;
 pub use schema::schema;
 pub use tolerance::Tolerance;
+pub use turned::turned;
 
 use crate::base::Modes;
 use crate::confine;
@@ -37,6 +41,8 @@ use std::sync::Arc;
 
 /// Bytes of a machine file at most.
 const MOST_BYTES: u64 = 16 << 20;
+/// Keys that say which solid model is read.
+const FIXED: [&str; 3] = ["urdf", "joint", "held_joints"];
 /// Bearing sliders A–D.
 const SLIDERS: usize = 4;
 
@@ -81,6 +87,9 @@ impl Machine {
         let machine =
             Self { file, table: Arc::new(table), description: Arc::new(description), solid: Arc::new(solid) };
         machine.check_against_solid()?;
+        let plan = machine.description.crosscheck.as_ref();
+        plan.map_or(Ok(()), |plan| machine.check_cells("crosscheck", &plan.cells))?;
+        machine.check_tune()?;
         Ok(machine)
     }
 
@@ -94,9 +103,23 @@ impl Machine {
     ) -> Result<Self> {
         let mut table = (*self.table).clone();
         for (path, value) in settings {
+            self.check_settable(path)?;
             key_path::set(&mut table, path, value).map_err(|e| e.file(&self.file))?;
         }
         self.with_table(table)
+    }
+
+    /// Refuses what is read once, with the file: setting it afterwards would change nothing.
+    fn check_settable(&self, path: &str) -> Result<()> {
+        if !FIXED.contains(&path.split('.').next().unwrap_or(path)) {
+            return Ok(());
+        }
+        Err(Error::new(ErrorKind::Inconsistent)
+            .file(&self.file)
+            .key(path)
+            .found("a setting of the solid model, which is read with the machine file")
+            .expected("a key path of another part")
+            .remedy("write a machine file with the other solid model, and name that"))
     }
 
     /// The machine without an effect that its file may state, and without the features that then modify nothing.

@@ -60,7 +60,8 @@ impl Document {
     /// A value of the wrong kind.
     pub(super) fn wrong_type(&self, steps: &[Step<'_>], found: &toml::Value, expected: &str) -> Error {
         let read = match found {
-            toml::Value::Array(_) | toml::Value::Table(_) => format!("a {}", found.type_str()),
+            toml::Value::Array(_) => "a list".to_owned(),
+            toml::Value::Table(_) => "a table".to_owned(),
             plain => format!("the {} {plain}", plain.type_str()),
         };
         self.refuse(ErrorKind::Syntax, steps).found(read).expected(expected).remedy("correct that line")

@@ -1,7 +1,7 @@
 //! What is asked of a setting, in the field's terms.
 
-use crate::error::{Error, ErrorKind, Result};
-use crate::machine::Machine;
+use crate::error::Result;
+use crate::machine::{Criterion, Machine};
 use crate::units::Motion;
 use std::collections::BTreeMap;
 use std::str::FromStr;
@@ -14,104 +14,13 @@ const USUAL_MARGINS: [f64; 3] = [6.0, 30.0, 0.5];
 /// Overshoot, velocity overshoot and reverse velocity that count as none: 0.1 %, 1 % and 0.5 %.
 const USUAL_SHARES: [f64; 3] = [0.001, 0.01, 0.005];
 
-/// A figure of merit; the first seven of a stroke, the last three of the loop.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Criterion {
-    /// Position beyond the end of the stroke, as a share of the stroke.
-    PositionOvershoot,
-    /// Velocity beyond the feed, as a share of the feed.
-    VelocityOvershoot,
-    /// Velocity against the stroke's direction, as a share of the feed.
-    ReverseVelocity,
-    /// Time from the end of the reference's motion until position stays within 2 % of the stroke, s.
-    SettlingTime,
-    /// Largest distance between reference and position, m or rad.
-    FollowingError,
-    /// Largest thrust, N or N·m.
-    PeakThrust,
-    /// Largest effort, V.
-    PeakEffort,
-    /// Upward gain margin, dB.
-    GainMargin,
-    /// Phase margin, degrees.
-    PhaseMargin,
-    /// Least distance of the open loop's response from −1.
-    ModulusMargin,
-}
-
 /// No excess counts more.
 const MOST_EXCESS: f64 = 1e3;
 /// A bound of zero is exceeded in relation to this.
 const LEAST_BOUND: f64 = 1e-9;
 
-/// Criteria of a stroke.
-pub(super) const OF_STROKE: usize = 7;
-
 /// A value of every criterion, in the order of [`Criterion::ALL`].
 pub type Values = [f64; 10];
-
-impl Criterion {
-    /// Every criterion.
-    pub const ALL: [Self; 10] = [
-        Self::PositionOvershoot,
-        Self::VelocityOvershoot,
-        Self::ReverseVelocity,
-        Self::SettlingTime,
-        Self::FollowingError,
-        Self::PeakThrust,
-        Self::PeakEffort,
-        Self::GainMargin,
-        Self::PhaseMargin,
-        Self::ModulusMargin,
-    ];
-
-    /// Its word.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::PositionOvershoot => "position overshoot",
-            Self::VelocityOvershoot => "velocity overshoot",
-            Self::ReverseVelocity => "reverse velocity",
-            Self::SettlingTime => "settling time",
-            Self::FollowingError => "following error",
-            Self::PeakThrust => "peak thrust",
-            Self::PeakEffort => "peak effort",
-            Self::GainMargin => "gain margin",
-            Self::PhaseMargin => "phase margin",
-            Self::ModulusMargin => "modulus margin",
-        }
-    }
-
-    /// Its key in `[tune.limits]` and after `--limit`, with the unit.
-    pub fn key(self, motion: Motion) -> &'static str {
-        match (self, motion) {
-            (Self::PositionOvershoot, _) => "position_overshoot_percent",
-            (Self::VelocityOvershoot, _) => "velocity_overshoot_percent",
-            (Self::ReverseVelocity, _) => "reverse_velocity_percent",
-            (Self::SettlingTime, _) => "settling_time_s",
-            (Self::FollowingError, Motion::Prismatic) => "following_error_m",
-            (Self::FollowingError, Motion::Revolute) => "following_error_rad",
-            (Self::PeakThrust, Motion::Prismatic) => "peak_thrust_n",
-            (Self::PeakThrust, Motion::Revolute) => "peak_torque_nm",
-            (Self::PeakEffort, _) => "peak_effort_v",
-            (Self::GainMargin, _) => "gain_margin_db",
-            (Self::PhaseMargin, _) => "phase_margin_deg",
-            (Self::ModulusMargin, _) => "modulus_margin",
-        }
-    }
-
-    /// What one unit of its key is in the unit of its value.
-    pub fn per_key(self) -> f64 {
-        match self {
-            Self::PositionOvershoot | Self::VelocityOvershoot | Self::ReverseVelocity => 0.01,
-            _ => 1.0,
-        }
-    }
-
-    /// Whether more of it is better.
-    pub fn is_margin(self) -> bool {
-        self as usize >= OF_STROKE
-    }
-}
 
 /// Bounds on criteria: upper ones, of margins lower ones.
 #[derive(Debug, Clone, PartialEq)]
@@ -123,7 +32,7 @@ impl Limits {
     /// What is usually asked: no overshoot to speak of, the margins of a sound loop, an effort within the amplifier's limit.
     pub fn usual(machine: &Machine) -> Self {
         let shares = Criterion::ALL[..3].iter().copied().zip(USUAL_SHARES);
-        let margins = Criterion::ALL[OF_STROKE..].iter().copied().zip(USUAL_MARGINS);
+        let margins = Criterion::ALL[Criterion::OF_STROKE..].iter().copied().zip(USUAL_MARGINS);
         let mut bounds: BTreeMap<Criterion, f64> = shares.chain(margins).collect();
         if let Some(limit_v) = machine.constants().effort_limit_v() {
             bounds.insert(Criterion::PeakEffort, limit_v);
@@ -136,22 +45,7 @@ impl Limits {
     /// # Errors
     /// A key that is none of this kind of axis, or a bound that is not finite and zero or more.
     pub fn set(&mut self, motion: Motion, key: &str, bound: f64) -> Result<()> {
-        let keys = || Criterion::ALL.map(|criterion| criterion.key(motion)).join(", ");
-        let Some(criterion) = Criterion::ALL.into_iter().find(|criterion| criterion.key(motion) == key)
-        else {
-            return Err(Error::new(ErrorKind::UnknownKey)
-                .key(key)
-                .found("a name that is no criterion")
-                .expected(format!("one of {}", keys()))
-                .remedy("the unit stands in the name: position_overshoot_percent=0.5"));
-        };
-        if !(bound.is_finite() && bound >= 0.0) {
-            return Err(Error::new(ErrorKind::OutOfRange)
-                .key(key)
-                .found(bound.to_string())
-                .expected("a finite number of zero or more")
-                .remedy("write for instance position_overshoot_percent=0.5"));
-        }
+        let criterion = Criterion::bounded(motion, key, bound)?;
         self.bounds.insert(criterion, criterion.per_key() * bound);
         Ok(())
     }

@@ -2,13 +2,11 @@
 
 use crate::controller::Controller;
 use crate::error::{Error, ErrorKind, Result};
-use crate::machine::Machine;
+use crate::machine::{Machine, turned};
 use std::str::FromStr;
 
 /// Values of a knob that was given without a step.
 const VALUES: f64 = 60.0;
-/// What a register holds.
-const REGISTER: std::ops::RangeInclusive<f64> = -32_768.0..=32_767.0;
 /// What a real number is at last turned by, as a share of its range.
 const FINEST: f64 = 1e-3;
 /// Range of a knob of which nothing is stated, as factors of its present value.
@@ -35,7 +33,7 @@ impl Knob {
     /// # Errors
     /// A key that is no number of the machine's controller, a range that is none, a step that is not positive.
     pub fn new(machine: &Machine, key: &str, [from, to]: [f64; 2], step: Option<f64>) -> Result<Self> {
-        let is_integer = is_integer(machine, key);
+        let is_integer = machine.is_integer(key);
         let usual = (to - from) / (VALUES - 1.0);
         let usual = if is_integer { usual.ceil().max(1.0) } else { usual };
         let knob = Self { key: key.to_owned(), from, to, step: step.unwrap_or(usual), is_integer };
@@ -71,7 +69,7 @@ impl Knob {
         let knob = |key: String| {
             let now = machine.number(&key).unwrap_or(0.0);
             let [from, to] = USUAL.map(|factor| factor * now);
-            let range = if is_integer(machine, &key) { [from.round(), to.round()] } else { [from, to] };
+            let range = if machine.is_integer(&key) { [from.round(), to.round()] } else { [from, to] };
             Self::new(machine, &key, range, None)
         };
         keys.iter().map(own).map(knob).collect()
@@ -97,28 +95,12 @@ impl Knob {
         if self.is_integer && [from, to, step].iter().any(|x| x.fract() != 0.0) {
             return Err(self.refusal(machine, format!("the range {from}..{to}:{step} of an integer")));
         }
-        [from, to].into_iter().try_for_each(|end| self.check_value(machine, end))?;
-        for end in [from, to] {
-            machine
-                .with_settings([(self.key.as_str(), self.value(end))])
-                .map_err(|e| e.key(self.key.clone()))?;
-        }
-        Ok(())
+        [from, to].into_iter().try_for_each(|end| self.check_value(machine, end))
     }
 
-    /// Refuses a value that it cannot have: a fraction of an integer, what a register cannot hold.
+    /// Refuses a value that it cannot have.
     pub(super) fn check_value(&self, machine: &Machine, value: f64) -> Result<()> {
-        let fits = !self.is_integer || (value.fract() == 0.0 && REGISTER.contains(&value));
-        if value.is_finite() && fits {
-            return Ok(());
-        }
-        let what = if self.is_integer { "a whole number of 16 bits" } else { "a finite number" };
-        Err(Error::new(ErrorKind::OutOfRange)
-            .file(machine.file())
-            .key(self.key.clone())
-            .found(format!("{value:e}"))
-            .expected(what)
-            .remedy("give a value that the controller can be set to"))
+        machine.check_turned(&self.key, value).map_err(|error| error.key(self.key.clone()))
     }
 
     fn refusal(&self, machine: &Machine, found: String) -> Error {
@@ -132,7 +114,7 @@ impl Knob {
 
     /// A setting of it as the machine file holds it.
     pub fn value(&self, value: f64) -> toml::Value {
-        if self.is_integer { toml::Value::Integer(value.round() as i64) } else { toml::Value::Float(value) }
+        turned(value, self.is_integer)
     }
 
     /// The last step of a search.
@@ -145,13 +127,6 @@ impl Knob {
         let value = value.clamp(self.from, self.to);
         if self.is_integer { value.round() } else { value }
     }
-}
-
-fn is_integer(machine: &Machine, key: &str) -> bool {
-    let at = |value: Option<&toml::Value>, key: &str| value.and_then(|v| v.get(key)).cloned();
-    let mut keys = key.split('.');
-    let first = keys.next().and_then(|key| machine.table().get(key)).cloned();
-    keys.fold(first, |value, key| at(value.as_ref(), key)).is_some_and(|value| value.is_integer())
 }
 
 /// `KEY=FROM..TO` or `KEY=FROM..TO:STEP`, before it is known which machine it is of.

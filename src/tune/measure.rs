@@ -1,6 +1,6 @@
 //! Settings of a controller measured on strokes.
 
-use super::criteria::{OF_STROKE, Values};
+use super::criteria::Values;
 use super::{Criterion, Knob, Limits};
 use crate::error::Result;
 use crate::identify::margins::Margins;
@@ -20,7 +20,7 @@ const RUN_AWAY: f64 = 10.0;
 const SAME: f64 = 1e-6;
 
 /// Figures of merit of one stroke, in the order of [`Criterion::ALL`].
-type OfStroke = [f64; OF_STROKE];
+type OfStroke = [f64; Criterion::OF_STROKE];
 
 /// A setting and what it does.
 #[derive(Debug, Clone, PartialEq)]
@@ -38,7 +38,7 @@ pub struct Setting {
 impl Setting {
     /// The worst of all strokes, and the margins.
     pub fn worst(&self) -> Values {
-        std::array::from_fn(|k| match k.checked_sub(OF_STROKE) {
+        std::array::from_fn(|k| match k.checked_sub(Criterion::OF_STROKE) {
             Some(margin) => self.margins[margin],
             None => self.strokes.iter().map(|stroke| stroke[k]).fold(f64::NEG_INFINITY, f64::max),
         })
@@ -47,7 +47,7 @@ impl Setting {
     /// Mean of a criterion over the strokes; a margin as it is.
     pub fn mean(&self, criterion: Criterion) -> f64 {
         let k = criterion as usize;
-        match k.checked_sub(OF_STROKE) {
+        match k.checked_sub(Criterion::OF_STROKE) {
             Some(margin) => self.margins[margin],
             None => self.strokes.iter().map(|stroke| stroke[k]).sum::<f64>() / self.strokes.len() as f64,
         }
@@ -63,7 +63,7 @@ impl Setting {
         if !self.is_stable {
             return f64::INFINITY;
         }
-        let of_loop = Criterion::ALL[OF_STROKE..].iter().zip(self.margins);
+        let of_loop = Criterion::ALL[Criterion::OF_STROKE..].iter().zip(self.margins);
         of_loop.map(|(criterion, value)| limits.excess(*criterion, value)).sum()
     }
 
@@ -91,7 +91,8 @@ impl Setting {
         let strokes = self.strokes.iter().zip(&other.strokes).all(|(mine, theirs)| {
             Criterion::ALL.into_iter().zip(mine.iter().zip(theirs)).all(|(c, (a, b))| no_worse(c, *a, *b))
         });
-        let of_loop = Criterion::ALL[OF_STROKE..].iter().zip(self.margins.iter().zip(&other.margins));
+        let of_loop =
+            Criterion::ALL[Criterion::OF_STROKE..].iter().zip(self.margins.iter().zip(&other.margins));
         self.is_stable && strokes && of_loop.into_iter().all(|(c, (a, b))| no_worse(*c, *a, *b))
     }
 }

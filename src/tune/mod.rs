@@ -10,7 +10,8 @@ mod measure;
 mod robust;
 mod search;
 
-pub use criteria::{Criterion, Limits, Values, WrittenLimit};
+pub use crate::machine::Criterion;
+pub use criteria::{Limits, Values, WrittenLimit};
 pub use knob::{Knob, Written};
 pub use measure::{Bench, Setting};
 pub use robust::{Departure, Given, Kind, Robustness};
@@ -141,12 +142,8 @@ impl Tuning {
         if let Some(mark) = self.marks.iter().find(|mark| mark.len() != self.knobs.len()) {
             let found = format!("{} numbers", mark.len());
             let expected = format!("{}, one for each varied key", self.knobs.len());
-            return refuse(
-                "--mark",
-                found,
-                &expected,
-                "write them in the order of --vary, as in --mark 22,220",
-            );
+            let remedy = "write them in the order of --vary, as in --mark 22,220";
+            return refuse("--mark", found, &expected, remedy).map_err(|error| error.typed("--mark"));
         }
         for mark in &self.marks {
             self.knobs.iter().zip(mark).try_for_each(|(knob, value)| knob.check_value(machine, *value))?;

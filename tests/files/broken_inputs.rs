@@ -63,7 +63,7 @@ fn fault(case: &Case, message: &str) -> Option<String> {
         Some("control characters".to_owned())
     } else if lacks(&["help:", "try '--help'"]) {
         Some("it does not say what to do".to_owned())
-    } else if lacks(&["expected", "possible values", "required"]) {
+    } else if lacks(&["expected", "possible values", "required", "cannot be used with"]) {
         Some("it does not say what was expected".to_owned())
     } else if !case.at_fault.is_empty() && lacks(&[case.at_fault]) {
         Some(format!("it does not name {}", case.at_fault))

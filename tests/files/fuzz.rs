@@ -2,6 +2,9 @@
 //!
 //! A short run of always the same mutations stands in the suite (`.cargo/config.toml` fixes the seed). A long one draws others:
 //! `PROPTEST_RNG_SEED=2 SLIDEWAY_FUZZ_CASES=100000 cargo test --release --test files fuzz::`; what it finds becomes a test.
+//!
+//! Fuzz targets that are led by coverage stand in `tests/fuzz`, a crate of its own; the files of their corpus are read here too,
+//! among them everything that a target ever found.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use std::path::Path;
@@ -15,6 +18,9 @@ use slideway::machine::Machine;
 use slideway::recording::{Existing, Format, Recording, Run, Signal, TableLayout};
 use slideway::solid::Mesh;
 use slideway::units::Motion;
+
+#[path = "../fuzz/targets.rs"]
+mod targets;
 
 /// Cases of each format in the suite.
 const CASES: u32 = 150;
@@ -233,4 +239,21 @@ fn exact_mutated_meshes_do_not_panic() {
     }
     fuzz("a.stl", &stl, folder.path(), read("a.stl"));
     fuzz("a.stl", format!("{text}endsolid x\n").as_bytes(), folder.path(), read("a.stl"));
+}
+
+#[test]
+fn exact_the_corpus_of_every_fuzz_target_is_read_or_refused() {
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fuzz/corpus");
+    for (target, name) in targets::ALL {
+        let folder = tempfile::tempdir().unwrap();
+        targets::prepare(target, folder.path());
+        let files: Vec<_> =
+            std::fs::read_dir(corpus.join(name)).unwrap().map(|entry| entry.unwrap().path()).collect();
+        let mut sound = 0;
+        for file in &files {
+            sound += usize::from(targets::checked(target, folder.path(), &std::fs::read(file).unwrap()));
+        }
+        // A target that refuses whatever it is given would find nothing.
+        assert!(sound > 0, "{name}: {sound} of {} files are sound", files.len());
+    }
 }

@@ -1,7 +1,7 @@
 //! `slideway identify gains`: the gains that a controller ran with.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
@@ -58,7 +58,12 @@ pub(in super::super) struct Gains {
 impl Gains {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        let inputs: Vec<&Path> = [&self.recording, &self.machine, &self.table]
+            .into_iter()
+            .flatten()
+            .map(PathBuf::as_path)
+            .collect();
+        self.pictures.check_places(&[], &inputs)?;
         let sheet = match (&self.table, &self.recording) {
             (Some(table), _) => self.of_table(&GainTable::read(table)?, screen)?,
             (None, Some(recording)) => self.of_recording(&Recording::read(recording)?)?,

@@ -1,7 +1,7 @@
 //! Frequency response of plant, open loop and closed loop, from a recording or from a machine's twin.
 
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args, ValueEnum};
@@ -105,7 +105,9 @@ struct Computed {
 impl Response {
     /// Measures, fits, prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        let inputs: Vec<&Path> =
+            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
+        self.pictures.check_places(&[], &inputs)?;
         let Subject { name: subject, note, sha256, runs, machine } = self.subject()?;
         let all: Vec<&Run> = runs.iter().collect();
         let computed = Computed::of(machine.as_ref());

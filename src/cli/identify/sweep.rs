@@ -175,7 +175,9 @@ impl Sweep {
 
     /// Measures, fits, prints.
     pub(in super::super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        let inputs: Vec<&Path> =
+            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
+        self.pictures.check_places(&[], &inputs)?;
         let structure = self.structure()?;
         let Subject { name, note, runs, machine } = self.subject(screen)?;
         let runs: Vec<&Run> = runs.iter().collect();

@@ -1,7 +1,7 @@
 //! Sampled transfer functions by ARX, from a machine's solid model or from a recording.
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
@@ -82,7 +82,9 @@ pub(super) struct Transfer {
 impl Transfer {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        let inputs: Vec<&Path> =
+            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
+        self.pictures.check_places(&[], &inputs)?;
         let found = match (&self.machine, &self.recording) {
             (Some(machine), _) => Some(self.of_machine(&Machine::read(machine)?, screen)?),
             (None, Some(recording)) => Some(self.of_recording(&Recording::read(recording)?, screen)?),
@@ -146,6 +148,14 @@ impl Transfer {
         let runs = runs_of(recording, self.run.as_deref())?;
         let input = self.input.as_deref().unwrap_or_default();
         let output = self.output.as_deref().unwrap_or_default();
+        if input == output {
+            return Err(Error::new(ErrorKind::Inconsistent)
+                .key("--output")
+                .found(format!("`{output}`, which is the input too"))
+                .expected("another signal, which follows the input")
+                .remedy("name the signal that moves the axis as --input, and what it makes of it as --output")
+                .into());
+        }
         let own = recording.sample_period_s();
         let periods = if self.periods.is_empty() { vec![own] } else { self.periods.clone() };
         let out = &mut screen.out;

@@ -29,7 +29,7 @@ pub(super) struct Inspect {
 impl Inspect {
     /// Reads and shows; a folder that is both is shown as both.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        self.pictures.check_places()?;
+        self.pictures.check_places(&[], &[&self.path])?;
         let (is_machine, is_recording) = kinds(&self.path)?;
         let mut page = None;
         if is_machine {

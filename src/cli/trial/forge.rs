@@ -13,7 +13,7 @@ use slideway::trial::forge::{Progress, forge};
 use slideway::trial::{self, Engine, Order, Seed, Tier};
 
 use super::all_cores;
-use crate::cli::count::count;
+use crate::cli::count::{count, jobs};
 use crate::cli::{Failure, Screen};
 
 /// Draws what is hidden in each case, seals it, prints its SHA-256, and only then simulates the recordings. Effects are
@@ -47,7 +47,7 @@ pub(super) struct Forge {
     #[arg(long, visible_alias = "plant", default_value_t = Engine::Rapier, value_parser = engine())]
     engine: Engine,
     /// Cores to work on [default: all]
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, value_name = "N", value_parser = jobs)]
     jobs: Option<NonZeroUsize>,
     /// Folder to write the trial to; a trial that was left unfinished goes on
     #[arg(long, value_name = "FOLDER")]

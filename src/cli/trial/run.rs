@@ -9,7 +9,7 @@ use clap::Args;
 use slideway::trial::{self, run};
 
 use super::all_cores;
-use crate::cli::count::count;
+use crate::cli::count::jobs;
 use crate::cli::{Failure, Screen};
 
 /// Diagnoses every case that has no committed verdict yet, one core a case, and commits each verdict with its SHA-256 as
@@ -19,7 +19,7 @@ pub(super) struct Run {
     /// Folder of the trial
     trial: PathBuf,
     /// Cases at a time [default: as many as there are cores]
-    #[arg(long, value_name = "N", value_parser = count)]
+    #[arg(long, value_name = "N", value_parser = jobs)]
     jobs: Option<NonZeroUsize>,
 }
 

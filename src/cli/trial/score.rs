@@ -12,7 +12,7 @@ use slideway::report::confusion::svg;
 use slideway::trial::scoring::bars::Outcome;
 use slideway::trial::{self, Scores, score};
 
-use crate::cli::output::{check_place, write};
+use crate::cli::output::{Output, check_apart, check_outside, check_place, write};
 use crate::cli::{Failure, Screen};
 
 /// Exit code with `--exit-code` when a bar is missed.
@@ -48,9 +48,11 @@ impl Score {
     /// Scores, writes and shows.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
         let to_stdout = self.json.as_ref().is_some_and(|path| path.as_os_str() == "-");
-        if let (Some(path), false) = (&self.json, to_stdout) {
-            check_place(path, "--json")?;
-        }
+        let file = self.json.as_deref().filter(|_| !to_stdout);
+        let places = [Output::file("--json", file), Output::file("--figure", self.figure.as_deref())];
+        check_apart(&places, &[])?;
+        check_outside(&self.trial, &places)?;
+        file.iter().try_for_each(|path| check_place(path, "--json"))?;
         self.figure.iter().try_for_each(|path| check_place(path, "--figure"))?;
         let scores = score(&trial::Trial::read(&self.trial)?)?;
         if let Some(path) = &self.json {

@@ -177,11 +177,44 @@ pub fn cases() -> Vec<Case> {
         }
         cases.push(case);
     }
+    cases.extend(plans());
     cases.push(of("empty", "", &INSPECT));
     cases.push(of("binary", (0..=255).collect::<Vec<u8>>(), &INSPECT));
     cases.push(of("deep", format!("a={}", "[".repeat(20_000)), &INSPECT));
     cases.push(of("deep keys", format!("a{}=1", ".a".repeat(50_000)), &INSPECT));
     cases
+}
+
+/// Plans of tuning and cross-checking that no axis or controller suits.
+fn plans() -> Vec<Case> {
+    let vary = |key: &str, from: &str, to: &str| {
+        format!("[[tune.vary]]\nkey = \"controller.{key}\"\nfrom = {from}\nto = {to}\n")
+    };
+    let registers = vary("integral", "6", "65");
+    [
+        ("a key that is not there", vary("nope", "1", "2")),
+        (
+            "a key of another part",
+            vary("integral", "1", "2").replace("controller.integral", "guide.viscous_n_s_per_m"),
+        ),
+        ("a table for a key", vary("integral", "1", "2").replace("controller.integral", "controller")),
+        ("half a count", vary("integral", "6.5", "65")),
+        ("half a count as step", registers.clone() + "step = 0.5\n"),
+        ("beyond a register", vary("integral", "6", "70000")),
+        ("a negative gain", vary("position_gain_per_s", "-1.0", "20.0")),
+        ("one number twice", registers.clone() + &registers),
+        ("marks too long", format!("[tune]\nmarks = [[22, 220]]\n{registers}")),
+        ("marks of nothing", "[tune]\nmarks = [[22, 220]]\n".to_owned()),
+        ("marks beyond a register", format!("[tune]\nmarks = [[1e300]]\n{registers}")),
+        ("a limit of nothing", "[tune.limits]\novershoot = 1\n".to_owned()),
+        ("a limit of a turning axis", "[tune.limits]\nfollowing_error_rad = 1.0\n".to_owned()),
+        ("a negative limit", "[tune.limits]\nposition_overshoot_percent = -1\n".to_owned()),
+        ("a stroke beyond the travel", "[tune]\ncells = [\"3@8\"]\n".to_owned()),
+        ("a cross-check beyond the travel", "[crosscheck]\ncells = [\"0.02@8\", \"-3@8\"]\n".to_owned()),
+    ]
+    .into_iter()
+    .map(|(name, plan)| of(&format!("plan with {name}"), format!("{MACHINE}\n{plan}"), &INSPECT))
+    .collect()
 }
 
 fn solid_of(name: &str, urdf: impl Into<Vec<u8>>) -> Case {
