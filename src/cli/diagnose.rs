@@ -16,7 +16,7 @@ use slideway::report::material::Material;
 use slideway::report::{html, sentence, terminal};
 
 use super::effects::{Named, named};
-use super::output::{Output, Pictures, check_apart, check_place, command_line, write};
+use super::output::{Output, Pictures, check_place, command_line, write};
 use super::setting::{Setting, lay_over};
 use super::subject::{check_motion, machine_of, read};
 use super::{Failure, Screen, advance, style};
@@ -91,21 +91,20 @@ impl Diagnose {
         let destination = self.destination()?;
         self.figure.iter().try_for_each(|path| check_place(path, "--figure"))?;
         let verdict_file = if let Destination::File(path) = destination { Some(path) } else { None };
-        let places = [
-            Output::file("--json", verdict_file),
-            Output::file("--figure", self.figure.as_deref()),
-            Output::whole("--write-machine", self.write_machine.as_deref()),
-        ];
-        let named = [&self.named, &self.reference, &self.machine].into_iter().flatten();
+        let written = Output::whole("--write-machine", self.write_machine.as_deref());
+        let places =
+            [Output::file("--json", verdict_file), Output::file("--figure", self.figure.as_deref()), written];
+        let named = [&self.named, &self.reference].into_iter().flatten();
         let inputs: Vec<&Path> = self.recordings.iter().chain(named).map(PathBuf::as_path).collect();
         self.pictures.check_places(&places, &inputs)?;
+        // A machine that was written before may be written again in its place: `--replace` and its hashes guard it.
+        let machine: Vec<&Path> = self.machine.iter().map(PathBuf::as_path).collect();
+        self.pictures.check_places(&places[..2], &machine)?;
         self.write_machine.iter().try_for_each(|folder| Machine::check_place(folder, self.existing()))?;
         let named: Vec<PathBuf> = self.named.iter().cloned().collect();
         let paths = if self.recordings.is_empty() { &named } else { &self.recordings };
         let recording = read(paths, self.machine.as_deref(), &self.maps)?;
         let machine = self.machine(&recording)?;
-        let folder = machine.file().parent().unwrap_or(Path::new("."));
-        check_apart(&[Output::whole("--write-machine", self.write_machine.as_deref())], &[folder])?;
         let before = self.reference.as_ref();
         let before = before.map(|path| read(std::slice::from_ref(path), self.machine.as_deref(), &self.maps));
         let reference = before.transpose()?;

@@ -79,12 +79,12 @@ fn share(part: f64, whole: f64) -> Option<f64> {
     (whole > 0.0 && share.is_finite()).then_some(share)
 }
 
-/// Correlation of a covariance with a positive diagonal: C_ij/√(C_ii·C_jj).
+/// Correlation of a covariance with a positive diagonal: C_ij/√(C_ii·C_jj), its rounding the same on both sides of the diagonal.
 fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
     let count = covariance.nrows();
     DMatrix::from_fn(count, count, |i, j| {
         let size = (covariance[(i, i)] * covariance[(j, j)]).sqrt();
-        if i == j { 1.0 } else { (covariance[(i, j)] / size).clamp(-1.0, 1.0) }
+        if i == j { 1.0 } else { (0.5 * (covariance[(i, j)] + covariance[(j, i)]) / size).clamp(-1.0, 1.0) }
     })
 }
 

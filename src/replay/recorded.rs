@@ -22,7 +22,7 @@ pub struct Start {
     pub position: f64,
     /// Velocity at the first sample; exactly zero where the run begins at rest.
     pub velocity: f64,
-    /// Acceleration at the first sample, where it is known: zero at rest, read on both sides of a cut, else none.
+    /// Acceleration at the first sample, where enough samples tell it; zero at rest and where their scatter explains it.
     pub acceleration: Option<f64>,
     /// Commanded voltage at the first sample, where it was logged.
     pub effort_v: Option<f64>,
@@ -41,8 +41,10 @@ pub struct Start {
 const START_SAMPLES: usize = 8;
 /// A torque-enable signal from here on says that the drive is on.
 pub(super) const ENABLED: f64 = 0.5;
-/// A slope below so many of its standard errors is rest.
+/// A slope below so many of its standard errors is rest, and a curvature none.
 const REST_STANDARD_ERRORS: f64 = 5.0;
+/// Time in s over which a moving run's acceleration is read, where that is more than [`START_SAMPLES`].
+const ACCELERATION_S: f64 = 8e-3;
 /// At most so much standstill is averaged, in s.
 const REST_S: f64 = 0.1;
 
@@ -72,12 +74,18 @@ impl Start {
         }
         let first = &position[..position.len().min(START_SAMPLES)];
         let mean = first.iter().sum::<f64>() / first.len() as f64;
-        let (at_start, slope, slope_error) = parabola(first, |row| run.time_s(row));
+        let ([at_start, slope, _], [_, slope_error, _]) = parabola(first, |row| run.time_s(row));
         let moves = slope.abs() > REST_STANDARD_ERRORS * slope_error && first.len() >= 5;
+        let longer = START_SAMPLES.max((ACCELERATION_S / period).round() as usize);
+        let ([.., bend], [.., bend_error]) =
+            parabola(&position[..position.len().min(longer)], |row| run.time_s(row));
+        let bends = bend.abs() > REST_STANDARD_ERRORS * bend_error;
         // What was cut out of a longer run begins in a state that is known better.
         let (position, velocity, acceleration) = match run.entry() {
             Some([position, velocity, acceleration]) => (position, velocity, Some(acceleration)),
-            None if moves => (at_start, slope, None),
+            None if moves => {
+                (at_start, slope, bend_error.is_finite().then_some(if bends { 2.0 * bend } else { 0.0 }))
+            }
             None => (mean, 0.0, Some(0.0)),
         };
         let moves = velocity != 0.0;
@@ -175,19 +183,21 @@ pub fn is_steady(samples: &[f64]) -> bool {
     (a - b).abs() <= STEADY_STANDARD_ERRORS * (4.0 * variance / samples.len() as f64).sqrt() + rounding
 }
 
-/// Value and slope at the first sample of the least-squares parabola, and the slope's standard error.
-fn parabola(samples: &[f64], time_s: impl Fn(usize) -> f64) -> (f64, f64, f64) {
+/// Value, slope and half the curvature at the first sample of the least-squares parabola, and their standard errors.
+fn parabola(samples: &[f64], time_s: impl Fn(usize) -> f64) -> ([f64; 3], [f64; 3]) {
     let count = samples.len();
+    let none = ([samples[0], 0.0, 0.0], [f64::INFINITY; 3]);
     if count < 5 {
-        return (samples[0], 0.0, f64::INFINITY);
+        return none;
     }
     let matrix = nalgebra::DMatrix::from_fn(count, 3, |row, power| time_s(row).powi(power as i32));
     let target = nalgebra::DVector::from_column_slice(samples);
     let normal = matrix.transpose() * &matrix;
-    let Some(inverse) = normal.try_inverse() else { return (samples[0], 0.0, f64::INFINITY) };
+    let Some(inverse) = normal.try_inverse() else { return none };
     let solution = &inverse * matrix.transpose() * &target;
     let residual = (&target - &matrix * &solution).norm_squared() / (count - 3) as f64;
-    (solution[0], solution[1], (residual * inverse[(1, 1)]).sqrt())
+    let error = |k: usize| (residual * inverse[(k, k)]).sqrt();
+    ([solution[0], solution[1], solution[2]], [error(0), error(1), error(2)])
 }
 
 /// A recorded run made ready for replays: its commands and its start.

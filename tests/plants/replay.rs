@@ -11,12 +11,14 @@ use slideway::identify::excitation::Outcome;
 use slideway::identify::first_order::FirstOrder;
 use slideway::identify::transfer::TransferFunction;
 use slideway::machine::Machine;
+use slideway::plant::axis::Axis;
 use slideway::recording::{Existing, Format, Recording, Run, Signal};
 use slideway::replay::excitation::Excitation;
 use slideway::replay::recording::{SLIDER_COLUMNS, recorded};
-use slideway::replay::{Cell, Figures, Motion, PlantChoice, run_seed, simulate};
+use slideway::replay::{Cell, Figures, Motion, PlantChoice, Recorded, follow, run, run_seed, simulate};
 use slideway::solid::GRAVITY_M_PER_S2;
-use slideway::twin::Sensing;
+use slideway::twin::{Sensing, Twin};
+use slideway::units;
 use tempfile::TempDir;
 
 const FIRST_ORDER: Orders = Orders { na: 1, nb: 1, delay: 1 };
@@ -327,4 +329,40 @@ fn ref_pandas_reads_what_replay_writes() {
     assert_eq!(numbers[..2], [rows as f64, columns as f64]);
     // pandas' own decimal reader may be one unit in the last place off.
     assert!(numbers[2] < 1e-12, "{text}");
+}
+
+/// Bristles hold the axis against the motor: a log that is cut at a standstill, or where the axis creeps back, is replayed from its
+/// first sample on, once the base has come to rest. Undeflected bristles would let it jump by the motor's force over their stiffness.
+#[test]
+fn exact_a_log_begins_with_the_friction_that_holds_the_axis() {
+    const STIFFNESS: f64 = 5e5;
+    let keys =
+        [("effect.coulomb_friction.force_n", 20.0), ("effect.presliding.stiffness_n_per_m", STIFFNESS)];
+    let machine = grinder().with_settings(keys.map(|(key, value)| (key, toml::Value::Float(value)))).unwrap();
+    let period_s = machine.constants().sample_period_s;
+    let at = |k: u32| {
+        (0.04 * f64::from(k) * period_s).min(0.02) + (0.04 * (f64::from(k) * period_s - 1.5)).max(0.0)
+    };
+    let reference: Vec<f64> = (0..7200).map(at).collect();
+    let mut twin = Twin::new(&machine, Axis::of(&machine.constants()), Sensing::Perfect);
+    let whole = run(&mut twin, follow(&reference, period_s), |_| ());
+    for from_s in [0.8, 1.0, 1.2] {
+        let from = (from_s / period_s) as usize;
+        let signals = [
+            (Signal::PositionReference, &reference),
+            (Signal::Position, &whole.position),
+            (Signal::Velocity, &whole.velocity),
+            (Signal::ControlEffort, &whole.effort_v),
+            (Signal::Current, &whole.current),
+        ];
+        let signals =
+            signals.map(|(signal, samples)| (signal, samples[from..].to_vec())).into_iter().collect();
+        let cut = Run::new("cut", units::Motion::Prismatic, period_s, signals).unwrap();
+        let recorded = Recorded::of(&cut, &machine).unwrap();
+        let replayed = recorded.replay(&machine, Axis::of(&machine.constants()), Sensing::Perfect);
+        let jump = whole.thrust[from].abs() / STIFFNESS;
+        let off = replayed.position.iter().zip(&whole.position[from..]).map(|(a, b)| (a - b).abs());
+        let worst = off.fold(0.0, f64::max);
+        assert!(jump > 1e-5 && worst < 2e-2 * jump, "{from_s} s: {worst} m off, without {jump} m");
+    }
 }

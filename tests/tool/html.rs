@@ -92,7 +92,8 @@ fn run(arguments: &[&str]) -> Output {
 }
 
 fn assert_fetches_nothing(page: &str, what: &str) {
-    let lower = page.to_lowercase();
+    // What a reader saves is made in the page.
+    let lower = page.to_lowercase().replace("createobjecturl(", "").replace("revokeobjecturl(", "");
     for word in [
         "http:",
         "https:",
@@ -418,11 +419,11 @@ fn exact_an_input_or_another_output_in_the_place_of_the_page_is_refused() {
     let text: Vec<&str> = paths.iter().map(|path| path.to_str().unwrap()).collect();
     let beside = folder.path().join("./page.html");
     for (arguments, word) in [
-        (vec!["inspect", "models/grinder", "--html", text[0]], "a file that holds no input"),
-        (vec!["identify", "--machine", "models/grinder", "--html", text[0]], "a file that holds no input"),
+        (vec!["inspect", "models/grinder", "--html", text[0]], "holds no input"),
+        (vec!["identify", "--machine", "models/grinder", "--html", text[0]], "holds no input"),
         (
             vec!["diagnose", "assets/hidden_coulomb", "--html", text[1], "--json", beside.to_str().unwrap()],
-            "the file that --json writes",
+            "the place that --html writes",
         ),
     ] {
         let output = run(&arguments);
