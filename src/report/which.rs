@@ -42,8 +42,12 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
 
 /// Effects that cannot be the cause because their stretch of the signal path shows no gap of its own.
 fn ruled_out(diagnosis: &Diagnosis, style: Style) -> String {
-    let mut reasons: Vec<&str> = diagnosis.ruled_out.iter().map(|out| out.reason.as_str()).collect();
-    reasons.dedup();
+    let mut reasons: Vec<&str> = Vec::new();
+    for out in &diagnosis.ruled_out {
+        if !reasons.contains(&out.reason.as_str()) {
+            reasons.push(&out.reason);
+        }
+    }
     let of = |reason: &str| -> String {
         let same = diagnosis.ruled_out.iter().filter(|out| out.reason == reason);
         same.map(|out| out.effect.as_str()).collect::<Vec<_>>().join(", ")

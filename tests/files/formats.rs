@@ -155,7 +155,8 @@ fn ref_halscope_logs_name_every_value() {
 }
 
 /// From version 2.9 on halscope writes CSV with semicolons and decimal points whatever the locale, one column a channel
-/// (LinuxCNC pull request 1500); the period is not among the columns and is stated.
+/// (LinuxCNC pull request 1500); the period is not among the columns and is stated. The row of names is an assumption of this sample:
+/// what that version calls its columns is not documented.
 #[test]
 fn ref_halscope_csv_is_read_with_its_period_stated() {
     let toml = "sample_period_s = 1e-3\n[columns]\nposition_m = { column = \"joint.0.motor-pos-fb\", unit = \"mm\" }\n";
