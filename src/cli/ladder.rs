@@ -1,7 +1,7 @@
 //! `slideway ladder`: what each term of a feed-forward leaves to the feedback.
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -12,7 +12,7 @@ use slideway::recording::Recording;
 use slideway::replay::Ladder;
 use slideway::report::{html, ladder, sentence};
 
-use super::output::{Pictures, command_line};
+use super::output::{Pictures, command_line, given};
 use super::setting::{Setting, set};
 use super::subject::{machine_of, runs_of};
 use super::{Failure, Screen, advance, style};
@@ -47,8 +47,8 @@ pub(super) struct LadderCommand {
 impl LadderCommand {
     /// Replays and shows.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let named = [&self.machine, &self.diagnose].into_iter().flatten().map(PathBuf::as_path);
-        let inputs: Vec<&Path> = named.chain([self.recording.as_path()]).collect();
+        let mut inputs = given([&self.machine, &self.diagnose]);
+        inputs.push(&self.recording);
         self.pictures.check_places(&[], &inputs)?;
         let recording = Recording::read(&self.recording)?;
         let machine = set(&machine_of(&recording, self.machine.as_ref())?, &self.settings)?;

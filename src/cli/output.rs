@@ -159,6 +159,11 @@ impl<'a> Output<'a> {
     }
 }
 
+/// The paths that were given.
+pub(super) fn given<'a>(paths: impl IntoIterator<Item = &'a Option<PathBuf>>) -> Vec<&'a Path> {
+    paths.into_iter().flatten().map(PathBuf::as_path).collect()
+}
+
 /// Makes sure that no output is written over another one, lies in a folder that another one puts in place, or is what is read.
 pub(super) fn check_apart(outputs: &[Output], inputs: &[&Path]) -> Result<(), Error> {
     let named: Vec<(&Output, &Path, PathBuf)> =

@@ -24,7 +24,7 @@ use slideway::report::html;
 use slideway::units;
 
 use super::count::{count, seed};
-use super::output::{Output, Pictures, command_line};
+use super::output::{Output, Pictures, command_line, given};
 use super::setting::{Setting, lay_over, set};
 use super::stability::stability;
 use super::standstill::standstill;
@@ -162,8 +162,7 @@ fn deflection(text: &str) -> Result<f64, String> {
 impl Replay {
     /// Simulates, writes, and shows a table with a row a run; or compares.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let read = [&self.machine, &self.recording, &self.commands, &self.beside];
-        let inputs: Vec<&Path> = read.into_iter().flatten().map(PathBuf::as_path).collect();
+        let inputs = given([&self.machine, &self.recording, &self.commands, &self.beside]);
         self.pictures.check_places(&[Output::whole("--out", self.out.as_deref())], &inputs)?;
         if let Some(out) = &self.out {
             Recording::check_place(out, self.existing()).map_err(|error| error.key("--out"))?;

@@ -12,16 +12,16 @@ use nalgebra::{DMatrix, DVector};
 const FIRST_DAMPING: f64 = 1e-6;
 /// Damping below which a step is that of Gauss and Newton, also along a valley in which numbers compensate each other to 10⁻⁶ and
 /// the tolerances alone tell them apart.
-const LEAST_DAMPING: f64 = 1e-14;
+const SMALLEST_DAMPING: f64 = 1e-14;
 /// Damping beyond which a step is a hundredth of that down the gradient, number by number: none that falls is longer.
-const MOST_DAMPING: f64 = 100.0;
+const LARGEST_DAMPING: f64 = 100.0;
 /// What a step that falls makes of the damping, and one that does not: tenfold as D. W. Marquardt (1963), *An algorithm for
 /// least-squares estimation of nonlinear parameters*, J. SIAM 11:431, and faster upward, where each trial costs a replay. They
 /// change how soon a fit arrives, not where.
 const LESS_DAMPING: f64 = 0.1;
 const MORE_DAMPING: f64 = 20.0;
-/// Least element of the diagonal that damps: a number that nothing tells stays where it is.
-const LEAST_DIAGONAL: f64 = 1e-12;
+/// Smallest element of the diagonal that damps: a parameter that the data do not determine stays where it is.
+const SMALLEST_DIAGONAL: f64 = 1e-12;
 
 /// Where a descent ended: values, and the residuals there.
 pub(super) struct Arrived {
@@ -46,12 +46,12 @@ pub(super) fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -
         let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
         let model = Model { free, values: &values, normal, gradient };
-        let fall = model.step(LEAST_DAMPING).map(|step| model.fall(&step));
+        let fall = model.step(SMALLEST_DAMPING).map(|step| model.fall(&step));
         if fall.is_some_and(|fall| fall <= care.arrived() * cost) {
             break;
         }
         let mut next = None;
-        while damping < MOST_DAMPING {
+        while damping < LARGEST_DAMPING {
             let moved = model.step(damping).map(|step| model.moved(&step));
             if moved.as_ref() == Some(&values) {
                 break;
@@ -71,10 +71,10 @@ pub(super) fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -
         // A narrow valley, in which numbers compensate each other, is walked along only by a step that is hardly
         // damped: a fit has arrived when that one falls no further.
         let arrived = fall <= care.arrived();
-        if arrived && !(damping > LEAST_DAMPING && matches!(care, Care::Thorough)) {
+        if arrived && !(damping > SMALLEST_DAMPING && matches!(care, Care::Thorough)) {
             break;
         }
-        damping = if arrived { LEAST_DAMPING } else { (damping * LESS_DAMPING).max(LEAST_DAMPING) };
+        damping = if arrived { SMALLEST_DAMPING } else { (damping * LESS_DAMPING).max(SMALLEST_DAMPING) };
     }
     Ok(Arrived { values, residuals })
 }
@@ -88,11 +88,11 @@ struct Model<'a> {
 }
 
 impl Model<'_> {
-    /// The damped step that makes the form least inside the ranges.
+    /// The damped step that makes the form smallest inside the ranges.
     fn step(&self, damping: f64) -> Option<DVector<f64>> {
         let mut matrix = self.normal.clone();
         for k in 0..self.free.len() {
-            matrix[(k, k)] += damping * matrix[(k, k)].max(LEAST_DIAGONAL);
+            matrix[(k, k)] += damping * matrix[(k, k)].max(SMALLEST_DIAGONAL);
         }
         let bounds = self.free.iter().zip(self.values).map(|(free, value)| match free.held {
             true => (0.0, 0.0),
@@ -101,7 +101,7 @@ impl Model<'_> {
                 (((low - value) / free.scale).min(0.0), ((high - value) / free.scale).max(0.0))
             }
         });
-        bounded::least(&matrix, &self.gradient, &bounds.collect::<Vec<_>>())
+        bounded::minimum(&matrix, &self.gradient, &bounds.collect::<Vec<_>>())
     }
 
     /// Fall of the cost that the form predicts for a step, twice the Newton decrement for a whole one.

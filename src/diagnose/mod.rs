@@ -20,6 +20,7 @@ mod floors;
 mod folds;
 pub mod found;
 pub mod hypothesis;
+pub mod identifiability;
 mod improve;
 mod json;
 mod locate;
@@ -34,7 +35,7 @@ pub mod phase;
 pub mod place;
 pub mod proposals;
 pub mod prove;
-pub mod remaining;
+pub mod residual_whiteness;
 mod rivals;
 mod run_setting;
 mod segments;
@@ -42,7 +43,6 @@ pub mod selection;
 pub mod shape;
 pub mod smooth;
 mod standing;
-pub mod told;
 pub mod untested;
 pub mod verdict;
 pub mod veto;
@@ -263,8 +263,8 @@ impl<'a> Ready<'a> {
             ranking: conclude::ranking(found),
             refinements: conclude::refinements(found, &self.before),
             calibration: conclude::calibration(&chosen.fit),
-            told: told::Told::of(&chosen.fit),
-            remaining: remaining::remaining(&improved, &self.held_out, floor)?,
+            identifiability: identifiability::Identifiability::of(&chosen.fit),
+            residual_whiteness: residual_whiteness::residual_whiteness(&improved, &self.held_out, floor)?,
             gap,
             place,
             unexplained,

@@ -7,14 +7,14 @@ pub use super::place::{Band, Share, Where};
 pub use super::veto::{Verdict, Withheld};
 
 use super::found::DECIDED;
+use super::identifiability::Identifiability;
 use super::json;
 use super::next_experiment::NextExperiment;
 use super::noise::Source;
 use super::prove::RigidBody;
-use super::remaining::Remaining;
+use super::residual_whiteness::ResidualWhiteness;
 use super::shape::Shape;
 use super::standing::LARGELY_CLOSED;
-use super::told::Told;
 use super::untested::Untested;
 use super::visibility::NotExamined;
 use crate::recording::{Cut, Samples};
@@ -259,12 +259,12 @@ pub struct Diagnosis {
     /// Stated constants moved inside their tolerance.
     #[serde(default)]
     pub calibration: Vec<Calibration>,
-    /// How well the data tell each number of the explanation, and which they tell only together.
-    #[serde(default, skip_serializing_if = "Told::is_empty")]
-    pub told: Told,
-    /// Whether what is left of each signal is still structured.
+    /// How well the data determine each parameter of the explanation, and which they determine only together.
+    #[serde(default, skip_serializing_if = "Identifiability::is_empty")]
+    pub identifiability: Identifiability,
+    /// Whether the residual of each signal is white.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub remaining: Vec<Remaining>,
+    pub residual_whiteness: Vec<ResidualWhiteness>,
     /// How large, how far.
     #[serde(default)]
     pub gap: Gap,

@@ -44,6 +44,7 @@ mod decode;
 mod dialect;
 mod document;
 mod halscope;
+mod kinematics;
 mod likely;
 mod loaded_table;
 mod log;
@@ -77,6 +78,7 @@ use sha2::{Digest, Sha256};
 
 pub use columns::Conversion;
 pub use dialect::Dialect;
+pub use kinematics::Kinematics;
 pub use log::{LogContext, MappedColumn};
 pub use pieces::{Cut, Samples};
 pub use plausibility::{Finding, plausibility};

@@ -5,6 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use super::coverage::{BINS, Counts, Coverage, MOTION_BINS, ways};
+use super::kinematics::Kinematics;
 use super::profile::Profile;
 use super::run::Run;
 use super::signal::Signal;
@@ -25,8 +26,6 @@ const CALM_SHARE: usize = 4;
 const MOTION_PLAY: f64 = 0.08;
 /// Half width in s of the parabola from which the state at a cut is read.
 const ENTRY_S: f64 = 4e-3;
-/// A slope below so many of its standard errors is rest.
-const MOVES_STANDARD_ERRORS: f64 = 5.0;
 /// Parts that a budget is spent in: no stretch that is chosen alone is longer than one.
 const PORTIONS: usize = 12;
 /// What goes on where a chosen stretch ends is preferred so much: it needs no start of its own.
@@ -234,19 +233,10 @@ fn entry(run: &Run, sample: usize) -> Option<[f64; 3]> {
     let wanted = ((ENTRY_S / run.sample_period_s()).round() as usize).max(3);
     let half = wanted.min(sample).min(run.len() - 1 - sample);
     let window = sample - half..sample + half + 1;
-    let matrix = nalgebra::DMatrix::from_fn(window.len(), 3, |row, power| {
-        (run.time_s(window.start + row) - run.time_s(sample)).powi(power as i32)
-    });
-    let above = |row: usize| position[window.start + row] - position[sample];
-    let target = nalgebra::DVector::from_fn(window.len(), |row, _| above(row));
-    let inverse = (matrix.transpose() * &matrix).try_inverse()?;
-    let fit = &inverse * matrix.transpose() * &target;
-    let variance = (&target - &matrix * &fit).norm_squared() / window.len().saturating_sub(3).max(1) as f64;
-    let shown = |power: usize| {
-        let shows = fit[power].abs() > MOVES_STANDARD_ERRORS * (variance * inverse[(power, power)]).sqrt();
-        if shows { fit[power] } else { 0.0 }
-    };
-    Some([position[sample] + fit[0], shown(1), 2.0 * shown(2)])
+    let times_s = window.clone().map(|row| run.time_s(row) - run.time_s(sample));
+    let fit = Kinematics::fit(times_s, &position[window.clone()])?;
+    let (velocity, acceleration) = (fit.significant_velocity(), fit.significant_acceleration());
+    Some([fit.state[0], velocity.unwrap_or(0.0), acceleration.unwrap_or(0.0)])
 }
 
 /// Stretches of the runs that hold most of their motion within so many samples; all of them where they fit.

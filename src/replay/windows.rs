@@ -255,7 +255,7 @@ impl Windowed {
         if let Some(shown) = start.load_position {
             twin.set_load_reading(shown);
         }
-        start.settle(&mut twin, machine, self.run.begins_s);
+        start.initialise(&mut twin, machine, self.run.begins_s);
         if faster != 0.0 {
             twin.restart(position, velocity + faster);
         }

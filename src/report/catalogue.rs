@@ -1,7 +1,8 @@
 //! The catalogue of effects in words: all in a list, or one with what its law says of itself.
 
 use super::Style;
-use super::layout::{INDENT, Ink, columns, labelled};
+use super::layout::{INDENT, Ink, labelled};
+use super::wrap::columns;
 use crate::effect::{Degree, EffectId, Likeness, Parameter, Site};
 use crate::units::Motion;
 

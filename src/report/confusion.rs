@@ -1,6 +1,6 @@
 //! The confusion matrix of a blind trial: as text, and as a picture.
 
-use super::layout::wrap;
+use super::wrap::wrap;
 use crate::trial::scoring::confusion::Confusion;
 use std::fmt::Write as _;
 

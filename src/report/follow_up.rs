@@ -1,9 +1,10 @@
 //! What was calibrated, what was noticed in the data, and what to do next.
 
 use super::Style;
-use super::layout::{Align, INDENT, Ink, Table, columns, paragraph, wrap};
+use super::layout::{Align, INDENT, Ink, Table, paragraph};
 use super::number::{interval, toml_number, twin, with_interval};
 use super::withheld;
+use super::wrap::{columns, wrap};
 use crate::diagnose::Verdict;
 use crate::diagnose::check::{Check, Finding, Severity};
 use crate::diagnose::verdict::Diagnosis;

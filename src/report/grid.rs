@@ -1,6 +1,8 @@
 //! Columns that line up within a width: texts go on below, heads stand in several lines, and what is wider still goes on in a
 //! second block under its first column.
 
+use super::wrap::{columns, lines_of_words};
+
 /// Between columns.
 const GAP: usize = 2;
 /// A column of text does not give way beyond this.
@@ -8,10 +10,10 @@ const NARROWEST: usize = 12;
 
 /// Lines of a table, and whether they belong to its heads; the first row is the heads.
 pub fn grid(rows: &[Vec<String>], is_left: &[bool], width: usize) -> Vec<(bool, String)> {
-    let columns: Vec<usize> = (0..is_left.len()).collect();
+    let every: Vec<usize> = (0..is_left.len()).collect();
     let widths = fitted(rows, is_left, width);
     let mut lines = Vec::new();
-    let mut rest = &columns[1.min(columns.len())..];
+    let mut rest = &every[1.min(every.len())..];
     loop {
         // The first column stands before each block; at least one other goes with it.
         let mut taken = 0;
@@ -25,7 +27,7 @@ pub fn grid(rows: &[Vec<String>], is_left: &[bool], width: usize) -> Vec<(bool, 
             taken += 1;
         }
         let (block, later) = rest.split_at(taken);
-        let chosen: Vec<usize> = columns.iter().take(1).chain(block).copied().collect();
+        let chosen: Vec<usize> = every.iter().take(1).chain(block).copied().collect();
         for (k, row) in rows.iter().enumerate() {
             lines.extend(row_lines(row, &chosen, &widths, is_left).into_iter().map(|line| (k == 0, line)));
         }
@@ -38,9 +40,8 @@ pub fn grid(rows: &[Vec<String>], is_left: &[bool], width: usize) -> Vec<(bool, 
 
 /// Widths of the columns: as they are where they fit; else heads break at their blanks, then the widest texts give way.
 fn fitted(rows: &[Vec<String>], is_left: &[bool], width: usize) -> Vec<usize> {
-    let count = |text: &str| text.chars().count();
-    let cell = |row: &Vec<String>, column: usize| row.get(column).map_or(0, |text| count(text));
-    let word = |text: &String| text.split_whitespace().map(count).max().unwrap_or_default();
+    let cell = |row: &Vec<String>, column: usize| row.get(column).map_or(0, |text| columns(text));
+    let word = |text: &String| text.split_whitespace().map(columns).max().unwrap_or_default();
     let mut widths: Vec<usize> = (0..is_left.len())
         .map(|column| rows.iter().map(|row| cell(row, column)).max().unwrap_or_default())
         .collect();
@@ -72,7 +73,7 @@ fn fitted(rows: &[Vec<String>], is_left: &[bool], width: usize) -> Vec<usize> {
 fn row_lines(row: &[String], chosen: &[usize], widths: &[usize], is_left: &[bool]) -> Vec<String> {
     let cells: Vec<Vec<String>> = chosen
         .iter()
-        .map(|&column| row.get(column).map_or_else(Vec::new, |text| broken(text, widths[column])))
+        .map(|&column| row.get(column).map_or_else(Vec::new, |text| cell(text, widths[column])))
         .collect();
     let height = cells.iter().map(Vec::len).max().unwrap_or_default().max(1);
     (0..height)
@@ -86,22 +87,9 @@ fn row_lines(row: &[String], chosen: &[usize], widths: &[usize], is_left: &[bool
         .collect()
 }
 
-/// A text that fits as it is; else its words in lines.
-fn broken(text: &str, width: usize) -> Vec<String> {
-    if text.chars().count() <= width {
-        return vec![text.to_owned()];
-    }
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= width => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
+/// A text that fits as it is, with its blanks; else its words in lines.
+fn cell(text: &str, width: usize) -> Vec<String> {
+    if columns(text) <= width { vec![text.to_owned()] } else { lines_of_words(text, width) }
 }
 
 #[cfg(test)]

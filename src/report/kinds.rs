@@ -1,7 +1,8 @@
 //! The tables of a machine file in words: all in a list, or one with its keys and an example.
 
 use super::Style;
-use super::layout::{INDENT, Ink, columns, labelled};
+use super::layout::{INDENT, Ink, labelled};
+use super::wrap::columns;
 use crate::machine::{FileKey, FileTable};
 
 /// Width of the labels of one table.

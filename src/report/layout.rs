@@ -1,7 +1,8 @@
-//! Lines that fit: wrapped text, tables, bars, colour.
+//! Paragraphs, tables, bars and colour of a report on a screen.
 
 use super::Style;
 use super::grid::grid;
+use super::wrap::{columns, wrap};
 
 /// Indent of everything below a heading.
 pub(super) const INDENT: &str = "  ";
@@ -39,40 +40,6 @@ impl Style {
             if remark.is_empty() { String::new() } else { format!("  {}", self.ink(Ink::Faint, remark)) };
         format!("\n{}{remark}\n", self.ink(Ink::Heading, title))
     }
-}
-
-/// Number of columns a text takes on a screen.
-pub(super) fn columns(text: &str) -> usize {
-    text.chars().count()
-}
-
-/// Words in lines of at most `width` columns; a word that is longer stands alone and is cut into pieces.
-pub fn wrap(text: &str, width: usize) -> Vec<String> {
-    let width = width.max(8);
-    let mut lines: Vec<String> = Vec::new();
-    let mut line = String::new();
-    for word in text.split_whitespace() {
-        let mut word: Vec<char> = word.chars().collect();
-        loop {
-            let room = if line.is_empty() { width } else { width.saturating_sub(columns(&line) + 1) };
-            if word.len() <= room {
-                if !line.is_empty() {
-                    line.push(' ');
-                }
-                line.extend(word);
-                break;
-            }
-            if line.is_empty() {
-                lines.push(word.drain(..width).collect());
-            } else {
-                lines.push(std::mem::take(&mut line));
-            }
-        }
-    }
-    if !line.is_empty() {
-        lines.push(line);
-    }
-    lines
 }
 
 /// A label and a text behind it, further lines below the text.
@@ -157,13 +124,6 @@ pub(super) fn bar(share: f64, width: usize) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn exact_lines_fit() {
-        assert_eq!(wrap("one two  three", 9), ["one two", "three"]);
-        assert_eq!(wrap("abcdefghijkl mn", 8), ["abcdefgh", "ijkl mn"]);
-        assert_eq!(wrap("", 9), [""; 0]);
-    }
 
     #[test]
     fn exact_bars_are_proportional() {

@@ -31,6 +31,7 @@ mod tuned;
 mod untested;
 mod which;
 mod withheld;
+mod wrap;
 
 pub use catalogue::{effect_list, effect_sheet, example};
 pub use compared::{Comparison, compared};
@@ -39,9 +40,9 @@ pub use gains::{gain_table, gains};
 pub use grid::grid;
 pub use kinds::{kind_example, kind_list, kind_sheet};
 pub use ladder::ladder;
-pub use layout::wrap;
 pub use printed::printed_equations;
 pub use sentence::sentence;
 pub use signals::{signal_list, signal_sheet};
 pub use terminal::{Style, terminal};
 pub use tuned::{tuned, tuning_map};
+pub use wrap::wrap;

@@ -2,8 +2,9 @@
 
 use super::Style;
 use super::changes::baseline;
-use super::layout::{Align, INDENT, Table, bar, columns, labelled};
+use super::layout::{Align, INDENT, Table, bar, labelled};
 use super::number::{percent, range};
+use super::wrap::columns;
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Band, Diagnosis, Share};
 use crate::effect::Site;

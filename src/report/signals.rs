@@ -1,7 +1,8 @@
 //! The signals in words: all in a list, or one with the units that it may be read in.
 
 use super::Style;
-use super::layout::{INDENT, Ink, columns, labelled};
+use super::layout::{INDENT, Ink, labelled};
+use super::wrap::columns;
 use crate::recording::{Signal, TIME_KEY};
 use crate::units::{Dimension, Motion};
 

@@ -48,9 +48,9 @@ pub(super) struct Laws {
     loaded: Option<(f64, Load)>,
 }
 
-/// What acts on the guide where a replay begins, in N or N·m.
+/// Forces along the joint where a replay begins, in N or N·m, positive in the joint's positive direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct GuideStart {
+pub struct InitialForces {
     /// The motor's force, ripple left out.
     pub motor: f64,
     /// Weight along the joint.
@@ -261,12 +261,27 @@ impl Laws {
         }
     }
 
-    /// The bristles' force at a position and with a velocity at which a replay begins; 0 without bristles.
+    /// Initial state of the friction: the bristles' force on the moving part at a replay's first position and velocity, in N or N·m,
+    /// positive in the joint's positive direction; 0 without bristles.
     ///
-    /// Where the acceleration is known they take what the balance of forces leaves to them, as far as they can:
-    /// `f = m·a + c·v − F_motor − F_push − F_weight` between `−g(+, |v|)` and `g(−, |v|)`. Where it is not they slide:
-    /// `f = −sgn(v)·g(sgn v, |v|)`.
-    pub fn settled_bristle(&self, [position, velocity]: [f64; 2], clock_s: f64, start: GuideStart) -> f64 {
+    /// # Model
+    /// Where the acceleration is known, the equation of motion of the moving part gives it, as far as bristles can deflect:
+    /// `f = m·a + c·v − F_motor − F_push − F_weight`, limited to `−g(+, |v|) … g(−, |v|)`, g the static friction curve. Where it is
+    /// not known they slide: `f = −sgn(v)·g(sgn v, |v|)`.
+    ///
+    /// # Validity
+    /// The base is taken to be at rest, its reaction to hold. With a base that still rings, the force is wrong by the moving
+    /// mass times the base's acceleration.
+    ///
+    /// # Source
+    /// The equation of motion; state and limits of the bristles as C. Canudas de Wit, H. Olsson, K. J. Åström, P. Lischinsky (1995),
+    /// *A new model for control of systems with friction*, IEEE Trans. Automatic Control 40:419.
+    pub fn initial_bristle_force(
+        &self,
+        [position, velocity]: [f64; 2],
+        clock_s: f64,
+        start: InitialForces,
+    ) -> f64 {
         if self.dry.bristle.is_none() {
             return 0.0;
         }

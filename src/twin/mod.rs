@@ -15,7 +15,7 @@ mod linear;
 mod path;
 
 pub use batch::{Batch, Driven};
-pub use laws::{GuideStart, load_positions};
+pub use laws::{InitialForces, load_positions};
 pub use linear::{LinearLoop, LinearPlant};
 
 use crate::controller::Input;
@@ -148,9 +148,9 @@ impl<P: Plant> Twin<P> {
         self.plant.set_current(current);
     }
 
-    /// Deflects the bristles of the guide's friction as these forces ask; [`start`](Self::start) leaves them undeflected.
-    pub fn settle_friction(&mut self, start: GuideStart) {
-        self.path.settle_friction(self.state(), start);
+    /// Sets the initial state of the guide's friction from these forces; [`start`](Self::start) leaves its bristles undeflected.
+    pub fn initialise_friction(&mut self, start: InitialForces) {
+        self.path.initialise_friction(self.state(), start);
     }
 
     /// The plant.

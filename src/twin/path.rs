@@ -1,7 +1,7 @@
 //! The signal path around a plant: sensors, controller, amplifier, and the laws that act beside them.
 
 use super::front::{Entry, Numbers};
-use super::laws::{GuideStart, Here, Laws};
+use super::laws::{Here, InitialForces, Laws};
 use super::{Command, Sample, Sensing};
 use crate::controller::{Controller, EffortLimit, Filters, Gains, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
@@ -196,9 +196,9 @@ impl Path {
         self.moving.clock_s = clock_s;
     }
 
-    /// Sets the bristles of the guide's friction; see [`Laws::settled_bristle`].
-    pub fn settle_friction(&mut self, state: [f64; 2], start: GuideStart) {
-        self.moving.bristle = self.laws.settled_bristle(state, self.moving.clock_s, start);
+    /// Sets the bristles of the guide's friction; see [`Laws::initial_bristle_force`].
+    pub fn initialise_friction(&mut self, state: [f64; 2], start: InitialForces) {
+        self.moving.bristle = self.laws.initial_bristle_force(state, self.moving.clock_s, start);
     }
 
     /// Sets the zero of the second sensor by what it shows while the plant stands at `motor`.

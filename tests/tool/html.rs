@@ -198,21 +198,22 @@ fn exact_what_is_drawn_is_what_was_judged() {
     }
 }
 
-/// The matrix is one of correlations, its numbers are those that the verdict states, and every compared signal is tested.
+/// The matrix is one of correlations, its parameters are those that the verdict states, and every compared signal is tested.
 #[test]
-fn exact_the_page_says_how_well_the_judged_numbers_are_told() {
+fn exact_the_page_shows_identifiability_whiteness_and_partial_residuals() {
     let Made { diagnosis, material, .. } = made();
-    let told = &diagnosis.told;
-    let force = told.numbers.iter().find(|n| n.path == "effect.coulomb_friction.force_n").unwrap();
+    let identifiability = &diagnosis.identifiability;
+    let force =
+        identifiability.parameters.iter().find(|n| n.path == "effect.coulomb_friction.force_n").unwrap();
     let stated = &diagnosis.causes[0].parameters["force_n"];
     let half = 0.5 * (stated.ci95[1] - stated.ci95[0]) / stated.value;
     assert!((force.relative_half_width.unwrap() / half - 1.0).abs() < 1e-9, "{force:?}");
-    for (i, row) in told.correlation.iter().enumerate() {
-        assert_eq!((row.len(), row[i]), (told.numbers.len(), 1.0));
-        assert!(row.iter().enumerate().all(|(j, r)| (r - told.correlation[j][i]).abs() < 1e-12));
+    for (i, row) in identifiability.correlation.iter().enumerate() {
+        assert_eq!((row.len(), row[i]), (identifiability.parameters.len(), 1.0));
+        assert!(row.iter().enumerate().all(|(j, r)| (r - identifiability.correlation[j][i]).abs() < 1e-12));
     }
     let compared: Vec<&str> = diagnosis.gap.signals.iter().map(|gap| gap.signal.as_str()).collect();
-    let tested: Vec<&str> = diagnosis.remaining.iter().map(|of| of.signal.as_str()).collect();
+    let tested: Vec<&str> = diagnosis.residual_whiteness.iter().map(|of| of.signal.as_str()).collect();
     assert!(compared.iter().all(|signal| tested.contains(signal)), "{compared:?} {tested:?}");
     let [Partial::Force(partial)] = &material.partials[..] else { panic!("{:?}", material.partials.len()) };
     let (quantity, over) = partial.over.as_ref().unwrap();
@@ -224,7 +225,7 @@ fn exact_the_page_says_how_well_the_judged_numbers_are_told() {
         partial.law.len() > 1000 && sum.into_iter().all(|((law, left), all)| (law + left - all).abs() < 1e-9)
     );
     let words = words(page());
-    for word in ["How well each number is told", "What is left", "Ljung", "dB", "95 % band"] {
+    for word in ["Identifiability of the parameters", "Residual whiteness", "Ljung", "dB", "95 % band"] {
         assert!(words.contains(word), "{word}");
     }
 }

@@ -2,9 +2,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
+use slideway::diagnose::identifiability::Identifiability;
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
-use slideway::diagnose::told::Told;
 use slideway::diagnose::untested::Untested;
 use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, Gap, Parameter, Ranked, Reference, Share,
@@ -157,8 +157,8 @@ fn diagnosis() -> Diagnosis {
         ranking: vec![ranked(&["coulomb_friction"], 0.97, 1.08), ranked(&[], 0.0, 41.2)],
         refinements: Vec::new(),
         calibration: vec![payload_at_its_edge()],
-        told: Told::default(),
-        remaining: Vec::new(),
+        identifiability: Identifiability::default(),
+        residual_whiteness: Vec::new(),
         gap: gap(),
         place: place(),
         unexplained: 0.0101,

@@ -1,7 +1,7 @@
 //! `slideway identify gains`: the gains that a controller ran with.
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
@@ -16,7 +16,7 @@ use slideway::report::sheet::Sheet;
 use slideway::report::{gain_table, gains, html};
 
 use super::super::count::seed;
-use super::super::output::{Pictures, command_line};
+use super::super::output::{Pictures, command_line, given};
 use super::super::setting::{Setting, set};
 use super::super::subject::{machine_of, runs_of};
 use super::super::{Failure, Plant, Screen, style};
@@ -58,12 +58,7 @@ pub(in super::super) struct Gains {
 impl Gains {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let inputs: Vec<&Path> = [&self.recording, &self.machine, &self.table]
-            .into_iter()
-            .flatten()
-            .map(PathBuf::as_path)
-            .collect();
-        self.pictures.check_places(&[], &inputs)?;
+        self.pictures.check_places(&[], &given([&self.recording, &self.machine, &self.table]))?;
         let sheet = match (&self.table, &self.recording) {
             (Some(table), _) => self.of_table(&GainTable::read(table)?, screen)?,
             (None, Some(recording)) => self.of_recording(&Recording::read(recording)?)?,

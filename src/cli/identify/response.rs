@@ -1,7 +1,7 @@
 //! Frequency response of plant, open loop and closed loop, from a recording or from a machine's twin.
 
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args, ValueEnum};
@@ -16,7 +16,7 @@ use slideway::report::html;
 use slideway::twin::{LinearLoop, LinearPlant};
 use slideway::units::Motion;
 
-use super::super::output::{Pictures, command_line};
+use super::super::output::{Pictures, command_line, given};
 use super::super::setting::{Setting, set};
 use super::super::subject::runs_of;
 use super::super::table::Table;
@@ -105,9 +105,7 @@ struct Computed {
 impl Response {
     /// Measures, fits, prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let inputs: Vec<&Path> =
-            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
-        self.pictures.check_places(&[], &inputs)?;
+        self.pictures.check_places(&[], &given([&self.recording, &self.machine]))?;
         let Subject { name: subject, note, sha256, runs, machine } = self.subject()?;
         let all: Vec<&Run> = runs.iter().collect();
         let computed = Computed::of(machine.as_ref());

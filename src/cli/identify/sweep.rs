@@ -16,7 +16,7 @@ use slideway::recording::{Recording, Run, Signal};
 use slideway::replay::sine_sweep::SineSweep;
 use slideway::report::{html, swept};
 
-use super::super::output::{Pictures, command_line};
+use super::super::output::{Pictures, command_line, given};
 use super::super::setting::{Setting, set};
 use super::super::{Failure, Plant, Screen};
 use super::band::Band;
@@ -175,9 +175,7 @@ impl Sweep {
 
     /// Measures, fits, prints.
     pub(in super::super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let inputs: Vec<&Path> =
-            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
-        self.pictures.check_places(&[], &inputs)?;
+        self.pictures.check_places(&[], &given([&self.recording, &self.machine]))?;
         let structure = self.structure()?;
         let Subject { name, note, runs, machine } = self.subject(screen)?;
         let runs: Vec<&Run> = runs.iter().collect();

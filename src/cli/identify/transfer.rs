@@ -1,7 +1,7 @@
 //! Sampled transfer functions by ARX, from a machine's solid model or from a recording.
 
 use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{ArgGroup, Args};
@@ -21,7 +21,7 @@ use slideway::report::{html, printed_equations};
 use slideway::units::Motion;
 
 use super::super::count::seed;
-use super::super::output::{Pictures, command_line};
+use super::super::output::{Pictures, command_line, given};
 use super::super::subject::runs_of;
 use super::super::table::Table;
 use super::super::{Failure, Plant, Screen, style};
@@ -82,9 +82,7 @@ pub(super) struct Transfer {
 impl Transfer {
     /// Identifies and prints.
     pub(super) fn run(&self, screen: &mut Screen) -> Result<ExitCode, Failure> {
-        let inputs: Vec<&Path> =
-            [&self.recording, &self.machine].into_iter().flatten().map(PathBuf::as_path).collect();
-        self.pictures.check_places(&[], &inputs)?;
+        self.pictures.check_places(&[], &given([&self.recording, &self.machine]))?;
         let found = match (&self.machine, &self.recording) {
             (Some(machine), _) => Some(self.of_machine(&Machine::read(machine)?, screen)?),
             (None, Some(recording)) => Some(self.of_recording(&Recording::read(recording)?, screen)?),

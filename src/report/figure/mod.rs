@@ -25,6 +25,7 @@ pub use path::SignalPath;
 pub use summary::svg;
 pub use view::View;
 
+use super::wrap::fill;
 use draw::Draw;
 
 /// Style of figures: every colour is a variable.
@@ -245,17 +246,9 @@ pub(super) fn text_width(words: &str, size: f64) -> f64 {
 
 /// Words broken into lines that fit.
 pub(super) fn lines(words: &str, size: f64, room: f64) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in words.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if text_width(line, size) + text_width(word, size) + 0.6 * size <= room => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines
+    fill(words.split_whitespace(), |line, word| {
+        text_width(line, size) + text_width(word, size) + 0.6 * size <= room
+    })
 }
 
 #[cfg(test)]

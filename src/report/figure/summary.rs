@@ -4,6 +4,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::verdict::{Share, SignalGap};
 use crate::effect::Site;
 use crate::recording::Signal;
+use crate::report::wrap::wrap;
 use crate::units::{Motion, engineering};
 use std::fmt::Write as _;
 
@@ -136,19 +137,4 @@ fn named(key: &str) -> (String, &'static str) {
         }
         None => (key.to_string(), ""),
     }
-}
-
-/// Breaks words into lines of at most `most` characters.
-fn wrap(words: &str, most: usize) -> Vec<String> {
-    let mut lines: Vec<String> = Vec::new();
-    for word in words.split_whitespace() {
-        match lines.last_mut() {
-            Some(line) if line.chars().count() + word.chars().count() < most => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_string()),
-        }
-    }
-    lines
 }

@@ -1,4 +1,4 @@
-//! Is what the twin with its causes leaves of each signal still structured?
+//! Whiteness of the residuals that the twin with its causes leaves.
 
 use super::experiment::Experiment;
 use super::noise::Floor;
@@ -13,9 +13,9 @@ use std::collections::BTreeMap;
 /// Lags that are looked at: 12.5 ms of a drive's 250 µs, one period of a base mode at 80 Hz.
 const LAGS: usize = 50;
 
-/// What is left of one signal on the held-out runs.
+/// Residual of one signal on the held-out runs.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Remaining {
+pub struct ResidualWhiteness {
     /// Canonical name.
     pub signal: String,
     /// From one lag to the next, in s.
@@ -25,14 +25,18 @@ pub struct Remaining {
     pub whiteness: Whiteness,
 }
 
-/// Tests what a machine leaves of each signal of the held-out runs.
+/// Tests the residual of each signal of the held-out runs.
 ///
 /// # Validity
-/// Runs of one sample period; of several, the first one's is told and lags count samples.
+/// Runs of one sample period; of several, the first one's is given and lags count samples.
 ///
 /// # Errors
 /// A setting of a run that the machine does not have.
-pub fn remaining(machine: &Machine, held_out: &[Experiment], floor: &Floor) -> Result<Vec<Remaining>> {
+pub fn residual_whiteness(
+    machine: &Machine,
+    held_out: &[Experiment],
+    floor: &Floor,
+) -> Result<Vec<ResidualWhiteness>> {
     let mut residuals: BTreeMap<Signal, Vec<Vec<f64>>> = BTreeMap::new();
     for experiment in held_out {
         let predicted = experiment.predict(machine, Sensing::Perfect)?;
@@ -46,7 +50,7 @@ pub fn remaining(machine: &Machine, held_out: &[Experiment], floor: &Floor) -> R
     let of = |(signal, runs): (Signal, Vec<Vec<f64>>)| {
         let runs: Vec<&[f64]> = runs.iter().map(Vec::as_slice).collect();
         let whiteness = Whiteness::over(&runs, LAGS);
-        Remaining { signal: signal.key(machine.motion()).to_owned(), lag_s, whiteness }
+        ResidualWhiteness { signal: signal.key(machine.motion()).to_owned(), lag_s, whiteness }
     };
     Ok(residuals.into_iter().filter(|(_, runs)| runs.iter().any(|run| run.len() > 1)).map(of).collect())
 }

@@ -1,4 +1,4 @@
-//! How well the data tell each number of the explanation, and which numbers they tell only together.
+//! Practical identifiability: how well the data determine each parameter of the explanation, and which they determine only together.
 
 use super::fit::Fit;
 use super::hypothesis::{Free, Freedom};
@@ -6,59 +6,59 @@ use super::parameter::NORMAL_975;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-/// A fitted number and what its data say of it.
+/// A fitted parameter and how well its data determine it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct ToldNumber {
+pub struct ParameterIdentifiability {
     /// TOML key path.
     pub path: String,
     /// Half of the 95 % interval over the size of the value; none for a value of zero.
     pub relative_half_width: Option<f64>,
-    /// Half of the 95 % interval over half of the tolerance, for a stated constant: near 1 its tolerance tells it, not the data.
+    /// Half of the 95 % interval over half of the tolerance, for a stated constant: near 1 its tolerance determines it, not the data.
     pub of_tolerance: Option<f64>,
-    /// How many times narrower the interval were if all other numbers were known: √((R⁻¹)ₖₖ), R the correlation matrix; none
-    /// where numbers hang on each other wholly.
-    pub widened_by_others: Option<f64>,
-    /// Place of the number that it is correlated with most; none where it is alone.
-    pub most_with: Option<usize>,
+    /// How many times narrower the interval would be if all other parameters were known: the root of the variance inflation factor,
+    /// √((R⁻¹)ₖₖ), R the correlation matrix; none where R is singular.
+    pub interval_inflation: Option<f64>,
+    /// Place of the parameter that it is correlated with most; none where it is alone.
+    pub most_correlated_with: Option<usize>,
 }
 
-/// The numbers of the explanation that was chosen, with the correlation of their errors.
+/// The parameters of the explanation that was chosen, with the correlation of their errors.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
-pub struct Told {
-    /// The numbers: those of the causes, then stated constants.
-    pub numbers: Vec<ToldNumber>,
+pub struct Identifiability {
+    /// Those of the causes, then stated constants.
+    pub parameters: Vec<ParameterIdentifiability>,
     /// Correlation of their errors, row by row.
     pub correlation: Vec<Vec<f64>>,
 }
 
-impl Told {
-    /// Whether no number was fitted.
+impl Identifiability {
+    /// Whether no parameter was fitted.
     pub fn is_empty(&self) -> bool {
-        self.numbers.is_empty()
+        self.parameters.is_empty()
     }
 
-    /// Of a fit; numbers that only starts set, and those that an edge of their range holds, have no error and are left out.
+    /// Of a fit; parameters that only starts set, and those that are held at a bound, have no error and are left out.
     pub fn of(fit: &Fit) -> Self {
         let free = &fit.hypothesis.free;
-        let is_told = |k: &usize| !free[*k].held && fit.covariance[(*k, *k)] > 0.0;
-        let chosen: Vec<usize> = (0..free.len()).filter(is_told).collect();
+        let is_free = |k: &usize| !free[*k].held && fit.covariance[(*k, *k)] > 0.0;
+        let chosen: Vec<usize> = (0..free.len()).filter(is_free).collect();
         let count = chosen.len();
         let part = DMatrix::from_fn(count, count, |i, j| fit.covariance[(chosen[i], chosen[j])]);
         let correlation = correlation(&part);
-        let widened = widened_by_others(&correlation);
-        let numbers = chosen.iter().enumerate().map(|(row, &k)| {
+        let inflation = interval_inflation(&correlation);
+        let parameters = chosen.iter().enumerate().map(|(row, &k)| {
             let half = NORMAL_975 * fit.standard_errors[k];
-            ToldNumber {
+            ParameterIdentifiability {
                 path: path(&free[k]),
                 relative_half_width: share(half, fit.values[k].abs()),
                 of_tolerance: tolerance(&free[k]).and_then(|tolerance| share(half, tolerance)),
-                widened_by_others: widened.as_ref().map(|all| all[row]),
-                most_with: most_with(&correlation, row),
+                interval_inflation: inflation.as_ref().map(|all| all[row]),
+                most_correlated_with: most_correlated_with(&correlation, row),
             }
         });
-        let numbers = numbers.collect();
+        let parameters = parameters.collect();
         let correlation = (0..count).map(|i| correlation.row(i).iter().copied().collect()).collect();
-        Self { numbers, correlation }
+        Self { parameters, correlation }
     }
 }
 
@@ -89,13 +89,13 @@ fn correlation(covariance: &DMatrix<f64>) -> DMatrix<f64> {
 }
 
 /// √((R⁻¹)ₖₖ), the root of the variance inflation factor; none where R is singular.
-fn widened_by_others(correlation: &DMatrix<f64>) -> Option<Vec<f64>> {
+fn interval_inflation(correlation: &DMatrix<f64>) -> Option<Vec<f64>> {
     let inverse = correlation.clone().cholesky()?.inverse();
     let all: Vec<f64> = (0..inverse.nrows()).map(|k| inverse[(k, k)].max(1.0).sqrt()).collect();
     all.iter().all(|x| x.is_finite()).then_some(all)
 }
 
-fn most_with(correlation: &DMatrix<f64>, row: usize) -> Option<usize> {
+fn most_correlated_with(correlation: &DMatrix<f64>, row: usize) -> Option<usize> {
     let others = (0..correlation.ncols()).filter(|column| *column != row);
     others.max_by(|a, b| correlation[(row, *a)].abs().total_cmp(&correlation[(row, *b)].abs()))
 }
@@ -111,19 +111,19 @@ mod tests {
         let units = DMatrix::from_diagonal(&nalgebra::DVector::from_vec(vec![2.0, 3.0, 0.5]));
         let found = correlation(&(&units * &wanted * &units));
         assert!((&found - &wanted).norm() < 1e-15, "{found}");
-        assert_eq!([0, 1, 2].map(|row| most_with(&found, row)), [Some(1), Some(0), Some(0)]);
-        assert_eq!(most_with(&DMatrix::from_element(1, 1, 1.0), 0), None);
+        assert_eq!([0, 1, 2].map(|row| most_correlated_with(&found, row)), [Some(1), Some(0), Some(0)]);
+        assert_eq!(most_correlated_with(&DMatrix::from_element(1, 1, 1.0), 0), None);
     }
 
-    /// Two numbers correlated by ρ: 1/√(1 − ρ²). Numbers that hang on each other wholly have none.
+    /// Two parameters correlated by ρ: 1/√(1 − ρ²); none where ρ = 1.
     #[test]
-    fn exact_two_numbers_widen_each_other() {
+    fn exact_interval_inflation_of_a_pair() {
         let pair = |r: f64| DMatrix::from_row_slice(2, 2, &[1.0, r, r, 1.0]);
         for rho in [0.0, 0.6, -0.8, 0.999] {
-            let found = widened_by_others(&pair(rho)).unwrap();
+            let found = interval_inflation(&pair(rho)).unwrap();
             let wanted = 1.0 / (1.0 - rho * rho).sqrt();
             assert!(found.iter().all(|x| (x / wanted - 1.0).abs() < 1e-12), "{found:?} for {wanted}");
         }
-        assert!(widened_by_others(&pair(1.0)).is_none());
+        assert!(interval_inflation(&pair(1.0)).is_none());
     }
 }

@@ -1,20 +1,20 @@
-//! Whether what is left is still structured: autocorrelation with its 95 % band, and the test.
+//! Whiteness of the residuals: autocorrelation with its 95 % band, and the test.
 
 use super::page::Part;
 use crate::diagnose::Diagnosis;
-use crate::diagnose::remaining::Remaining;
+use crate::diagnose::residual_whiteness::ResidualWhiteness;
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
 use crate::report::sentence::name;
 
 /// The section; empty where nothing was compared.
 pub(super) fn part(diagnosis: &Diagnosis) -> Part {
     let mut part = Part::default();
-    let list = &diagnosis.remaining;
+    let list = &diagnosis.residual_whiteness;
     let Some(first) = list.first() else { return part };
     part.remark(
         "Autocorrelation of recorded less predicted, twin with the causes, unseen runs, and the Ljung–Box test. Noise of the \
          position sensor that the controller answers is coloured in effort, current and force, and alternates in a velocity \
-         formed by differences: these fail the test without any law missing. Slow decay over many lags is a missing law, a \
+         formed by differences: these can fail the test without any law missing. Slow decay over many lags is a missing law, a \
          lasting oscillation a missing mode.",
     );
     part.table(
@@ -24,15 +24,15 @@ pub(super) fn part(diagnosis: &Diagnosis) -> Part {
     let lags = first.whiteness.degrees_of_freedom;
     let panels = list.iter().enumerate().map(|(k, of)| Panel::Chart(chart(of, k + 1 == list.len())));
     let caption = format!(
-        "Autocorrelation of what is left over {lags} lags; white within the band in 95 % of the lags."
+        "Autocorrelation of the residuals over {lags} lags; white within the band in 95 % of the lags."
     );
-    let figure = Figure::new("remaining", caption, panels.collect())
+    let figure = Figure::new("whiteness", caption, panels.collect())
         .legend([(Ink::After, "autocorrelation"), (Ink::Noise, "95 % band of white noise")]);
     part.figure(figure);
     part
 }
 
-fn row(of: &Remaining) -> Vec<String> {
+fn row(of: &ResidualWhiteness) -> Vec<String> {
     let test = &of.whiteness;
     let largest = test.autocorrelation.iter().enumerate().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()));
     let (lag, r) = largest.map_or((0, 0.0), |(k, r)| (k + 1, *r));
@@ -51,7 +51,7 @@ fn row(of: &Remaining) -> Vec<String> {
     ]
 }
 
-fn chart(of: &Remaining, is_last: bool) -> Chart {
+fn chart(of: &ResidualWhiteness, is_last: bool) -> Chart {
     let test = &of.whiteness;
     let points: Vec<[f64; 2]> =
         test.autocorrelation.iter().enumerate().map(|(k, r)| [1e3 * of.lag_s * (k + 1) as f64, *r]).collect();
