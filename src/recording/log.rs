@@ -17,7 +17,8 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion, Unit};
 
 /// Endings of table files, of which a folder of logs is taken together.
-const ENDINGS: [&str; 11] = ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5"];
+const ENDINGS: [&str; 12] =
+    ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5", "xml"];
 
 /// Whether a file has the ending of a table.
 pub(super) fn is_table(path: &Path) -> bool {

@@ -70,6 +70,7 @@ mod signal;
 mod split;
 mod table;
 mod timing;
+mod trace_xml;
 mod write;
 
 use std::path::{Path, PathBuf};

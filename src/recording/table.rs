@@ -7,7 +7,7 @@ use super::csv_table::CsvTable;
 use super::loaded_table::LoadedTable;
 use super::parquet_table::ParquetTable;
 use super::run::hex;
-use super::{array_file, decode, mcap_table, scope_table};
+use super::{array_file, decode, mcap_table, scope_table, trace_xml};
 use sha2::{Digest, Sha256};
 
 use crate::error::{Error, ErrorKind, Result};
@@ -129,7 +129,7 @@ impl Table {
     }
 }
 
-/// What a file is, its first bytes tell: MCAP, MAT, HDF5, else text in any encoding, packed or not.
+/// What a file is, its first bytes tell: MCAP, MAT, HDF5, else text in any encoding, packed or not: a trace, a scope, CSV.
 fn text(path: &Path) -> Result<Table> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
     let sha256 = |bytes: &[u8]| {
@@ -151,6 +151,10 @@ fn text(path: &Path) -> Result<Table> {
     if scope_table::is_scope(&text) {
         let hash = hash.unwrap_or_else(|| sha256(&text));
         return scope_table::read(path, &text, hash).map(Table::Loaded);
+    }
+    if trace_xml::is_trace(&text) {
+        let hash = hash.unwrap_or_else(|| sha256(&text));
+        return trace_xml::read(path, &text, hash).map(Table::Loaded);
     }
     CsvTable::new(path, text, hash, encoding).map(Table::Csv)
 }

@@ -166,6 +166,31 @@ fn ref_halscope_csv_is_read_with_its_period_stated() {
     assert!(error.contains("sample_period_s"), "{error}");
 }
 
+/// The layout is the one that independent public readers of these files agree on: signals with an identifier each, records that
+/// leave out what did not change and what is sampled more slowly. Units are those of the control's settings, so they are stated.
+#[test]
+fn ref_sinumerik_traces_leave_out_what_does_not_change() {
+    let position = "Position actual value measuring system 1 (64 bit)";
+    let toml = format!(
+        "[columns]\nposition_m = {{ column = \"{position}\", unit = \"mm\" }}\ncurrent_a = \"Torque-producing current i(q)\"\n"
+    );
+    let recording = read_sample("sinumerik_trace.xml", &toml).unwrap();
+    assert_eq!(recording.sample_period_s(), 1e-3);
+    is_sine(&positions(&recording), 1.0);
+    let run = &recording.runs()[0];
+    let wanted = |k: usize| if (k / 10).is_multiple_of(2) { 1.5 } else { -1.5 };
+    assert!(run.signal(Signal::Current).unwrap().iter().enumerate().all(|(k, i)| *i == wanted(k)));
+    assert!(run.remarks.iter().any(|remark| remark.contains("SINUMERIK")), "{:?}", run.remarks);
+    let whole = std::fs::read_to_string(sample("sinumerik_trace.xml")).unwrap();
+    let refused = |text: &str| read_bytes(text.as_bytes(), &toml).unwrap_err().to_string();
+    let error = refused(&whole.replace("time=\"0.02\"", "time=\"later\""));
+    assert!(error.contains("time=\"later\"") && error.contains("33"), "{error}");
+    let error = refused(whole.split_once("   <rec time=\"0.03\"").unwrap().0);
+    assert!(error.contains("cut off"), "{error}");
+    let error = refused(&whole.replace("</dataFrame>", "</dataFrame><dataFrame>"));
+    assert!(error.contains("second data frame"), "{error}");
+}
+
 #[test]
 fn exact_german_excel_in_windows_1252_is_read_with_its_units() {
     let mut text = "sep=;\r\nZeit;Position;Strom\r\nms;µm;A\r\n".to_owned();
