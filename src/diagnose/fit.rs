@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -228,34 +229,56 @@ fn finish(objective: &Objective, Arrived { values, residuals }: Arrived, care: C
     let free = &objective.hypothesis.free;
     let standard_errors = (0..count).map(|k| covariance[(k, k)].max(0.0).sqrt() * free[k].scale).collect();
     let effects = objective.hypothesis.effects.iter().copied();
-    let shown = effects.filter(|&effect| shows(effect, free, &values, &covariance)).collect();
+    let frequencies = objective.experiments.iter().map(|e| objective.rows(e)).sum::<usize>() as f64 / 2.0;
+    let shown = effects.filter(|&effect| shows(effect, free, &values, &covariance, frequencies)).collect();
     Ok(Fit { hypothesis: objective.hypothesis.clone(), values, standard_errors, covariance, shown })
 }
 
-/// 95 % quantiles of χ² with one to four degrees of freedom.
-const CHI_SQUARED_95: [f64; 4] = [3.841, 5.991, 7.815, 9.488];
+/// Probability with which an effect that is not there shows.
+const SIGNIFICANCE: f64 = 0.05;
 
-/// Whether an effect's numbers leave the twin's own beyond chance, one of them or all together (Wald's test); `covariance` is in
+/// Whether an effect's parameters differ from the twin's beyond chance, one of them or all together (Wald's test); `covariance` is in
 /// units of their scales.
-fn shows(effect: EffectId, free: &[Free], values: &[f64], covariance: &DMatrix<f64>) -> bool {
+///
+/// # Model
+/// W = dᵀC⁻¹d is χ² distributed where the effect is not there, and its tail is compared with [`SIGNIFICANCE`]. A parameter that exists
+/// with the effect only (a period, a frequency) was searched: the largest W of `frequencies` trials is what is seen, and the level
+/// is divided by that number (Bonferroni). Half of the samples is the number of independent frequencies that a record has.
+///
+/// # Source
+/// R. B. Davies (1987), *Hypothesis testing when a nuisance parameter is present only under the alternative*, Biometrika 74:33.
+fn shows(
+    effect: EffectId,
+    free: &[Free],
+    values: &[f64],
+    covariance: &DMatrix<f64>,
+    frequencies: f64,
+) -> bool {
     let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause;
     let mut numbers: Vec<usize> = (0..free.len()).filter(own).collect();
+    // Some have no neutral value: a period by itself changes nothing.
+    let has_neutral = |k: &usize| !free[*k].neutral.is_nan();
+    let trials = if numbers.iter().all(has_neutral) { 1.0 } else { frequencies.max(1.0) };
     // A number that only starts set has no interval: it tells where there is no other.
     if numbers.iter().any(|&k| !free[k].held) {
         numbers.retain(|&k| !free[k].held);
     }
-    // Some have no neutral value: a period by itself changes nothing.
-    numbers.retain(|&k| !free[k].neutral.is_nan());
+    numbers.retain(has_neutral);
+    let exceeds = |wald: f64, count: usize| {
+        ChiSquared::new(count as f64).is_ok_and(|chi| chi.sf(wald) * trials < SIGNIFICANCE)
+    };
     let away = |k: usize| (values[k] - free[k].neutral) / free[k].scale;
-    let beyond = |k: &usize| away(*k).powi(2) > CHI_SQUARED_95[0] * covariance[(*k, *k)].max(0.0);
+    let beyond = |k: &usize| {
+        let (away, variance) = (away(*k), covariance[(*k, *k)].max(0.0));
+        away != 0.0 && (variance == 0.0 || exceeds(away * away / variance, 1))
+    };
     let count = numbers.len();
     if numbers.iter().any(beyond) || count < 2 {
         return numbers.iter().any(beyond);
     }
     let part = DMatrix::from_fn(count, count, |i, j| covariance[(numbers[i], numbers[j])]);
     let deviation = DVector::from_fn(count, |i, _| away(numbers[i]));
-    let limit = CHI_SQUARED_95[(count - 1).min(CHI_SQUARED_95.len() - 1)];
-    part.cholesky().is_some_and(|factor| deviation.dot(&factor.solve(&deviation)) > limit)
+    part.cholesky().is_some_and(|factor| exceeds(deviation.dot(&factor.solve(&deviation)), count))
 }
 
 /// Rows of each block: the same stretch of time in every signal of a run.
@@ -295,15 +318,17 @@ mod tests {
             number("sine_n", 0.0, false),
             number("cosine_n", 0.0, false),
         ];
-        let shown = |values: [f64; 3], covariance: [f64; 9]| {
-            shows(EffectId::Cogging, &free, &values, &DMatrix::from_row_slice(3, 3, &covariance))
+        let shown = |trials: f64, values: [f64; 3], covariance: [f64; 9]| {
+            shows(EffectId::Cogging, &free, &values, &DMatrix::from_row_slice(3, 3, &covariance), trials)
         };
         // A tangent step from (3, 4) is free, a radial one known to 0.1: variances 16·0.64 and 16·0.36 across the radius.
         let turned = [1e-12, 0.0, 0.0, 0.0, 10.24, -7.68, 0.0, -7.68, 5.77];
-        assert!(shown([0.01, 3.0, 4.0], turned));
+        assert!(shown(1e4, [0.01, 3.0, 4.0], turned));
         let vague = [1e-12, 0.0, 0.0, 0.0, 10.24, 0.0, 0.0, 0.0, 5.77];
-        assert!(!shown([0.01, 3.0, 4.0], vague));
-        assert!(shown([0.01, 3.0, 4.0], [1e-12, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 5.77]));
+        assert!(!shown(1.0, [0.01, 3.0, 4.0], vague));
+        // (3, 4) with variances 1 and 5.77: W = 11.8, seen by chance once in 360 times and surely among 10⁴ frequencies.
+        let clear = [1e-12, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 5.77];
+        assert!(shown(1.0, [0.01, 3.0, 4.0], clear) && !shown(1e4, [0.01, 3.0, 4.0], clear));
     }
 
     /// A limit that is not stated is infinitely far away; a number that only starts set says nothing beside others.
@@ -311,10 +336,10 @@ mod tests {
     fn exact_an_unstated_limit_shows_and_a_held_number_does_not() {
         let certain = DMatrix::from_diagonal_element(1, 1, 0.0);
         let limit = [number("limit_v", f64::INFINITY, false)];
-        assert!(shows(EffectId::Cogging, &limit, &[3.0], &certain));
+        assert!(shows(EffectId::Cogging, &limit, &[3.0], &certain, 1e4));
         let held = [number("sine_n", 0.0, false), number("mode", 0.0, true)];
         let vague = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0]));
-        assert!(!shows(EffectId::Cogging, &held, &[3.0, 1.0], &vague));
-        assert!(shows(EffectId::Cogging, &held[1..], &[1.0], &DMatrix::from_element(1, 1, 0.0)));
+        assert!(!shows(EffectId::Cogging, &held, &[3.0, 1.0], &vague, 1e4));
+        assert!(shows(EffectId::Cogging, &held[1..], &[1.0], &DMatrix::from_element(1, 1, 0.0), 1e4));
     }
 }

@@ -33,6 +33,8 @@ const HEAD_BYTES: usize = 1024;
 const EXPECTED: &str = "a SINUMERIK trace: <dataSignal> elements, then <rec> elements with a time and values";
 /// Values from here on are the bit pattern of a number that is none, printed as an integer.
 const NO_NUMBER: f64 = 9.218_868_437_227_4e18;
+/// What the control adds to a description; in brackets, it would be taken for a unit.
+const WIDTH: &str = "(64 bit)";
 /// A signal has its own clock where its interval is so many times that of the records.
 const SLOWER: f64 = 1.5;
 
@@ -122,7 +124,7 @@ impl Trace {
         self.signals.push(Signal {
             id,
             name: text("name"),
-            description: text("description"),
+            description: text("description").replace(WIDTH, "").trim().to_owned(),
             interval_s,
             values: Vec::new(),
         });

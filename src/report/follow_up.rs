@@ -86,11 +86,11 @@ pub(super) fn sentences(diagnosis: &Diagnosis) -> Vec<Sentence<'_>> {
     sentences
 }
 
-/// What was noticed in the data: warnings first, each sentence once with the runs it concerns. What withholds the verdict and a
-/// loop that is not stable stand above it.
+/// What was noticed in the data: warnings first, each sentence once with the runs it concerns. What stands above the verdict is
+/// left out.
 pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
     let sentences = sentences(diagnosis);
-    let is_said = |s: &&Sentence| s.severity == Severity::Fatal || s.check == Check::UnstableLoop;
+    let is_said = |s: &&Sentence| s.severity == Severity::Fatal || is_doubt(s);
     let rest: Vec<&Sentence> = sentences.iter().filter(|s| !is_said(s)).collect();
     if rest.is_empty() {
         return String::new();
@@ -107,10 +107,21 @@ pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
     out
 }
 
-/// A twin that is not stable, said above everything that was simulated with it; empty where it is.
-pub(super) fn unstable(diagnosis: &Diagnosis, style: Style) -> String {
-    let found = diagnosis.checks.iter().filter(|finding| finding.check == Check::UnstableLoop);
-    found.map(|finding| item(&finding.message, Severity::Warning, style) + "\n").collect()
+/// Findings that make a verdict doubtful, whatever it is: a twin that is not stable, a column that is not what it is taken for.
+const DOUBTS: [Check; 3] = [Check::UnstableLoop, Check::SwappedSign, Check::ImplausibleUnit];
+
+fn is_doubt(sentence: &Sentence) -> bool {
+    sentence.severity == Severity::Warning && DOUBTS.contains(&sentence.check)
+}
+
+/// What makes the verdict doubtful, as sentences: it stands above the verdict.
+pub(super) fn doubts(diagnosis: &Diagnosis) -> Vec<String> {
+    sentences(diagnosis).iter().filter(|sentence| is_doubt(sentence)).map(Sentence::text).collect()
+}
+
+/// The same on a terminal.
+pub(super) fn doubted(diagnosis: &Diagnosis, style: Style) -> String {
+    doubts(diagnosis).iter().map(|text| item(text, Severity::Warning, style) + "\n").collect()
 }
 
 /// How often something like what was already said occurs beyond that.

@@ -27,7 +27,7 @@ const NARROWEST: usize = 80;
 /// Width of the labels at the head.
 const LABEL: usize = 8;
 
-/// A diagnosis of an axis of this motion as text: why its verdict is withheld, if it is, data, verdict, what changed, where, which, how far, calibration, remarks,
+/// A diagnosis of an axis of this motion as text: what makes its verdict doubtful, why it is withheld, if it is, data, verdict, what changed, where, which, how far, calibration, remarks,
 /// next step.
 ///
 /// # Design
@@ -36,7 +36,7 @@ const LABEL: usize = 8;
 pub fn terminal(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
     let style = Style { width: style.width.max(NARROWEST), ..style };
     let sections = [
-        follow_up::unstable(diagnosis, style),
+        follow_up::doubted(diagnosis, style),
         withheld::section(diagnosis, style),
         head(diagnosis, style),
         verdict(diagnosis, motion, style),

@@ -170,7 +170,7 @@ fn ref_halscope_csv_is_read_with_its_period_stated() {
 /// leave out what did not change and what is sampled more slowly. Units are those of the control's settings, so they are stated.
 #[test]
 fn ref_sinumerik_traces_leave_out_what_does_not_change() {
-    let position = "Position actual value measuring system 1 (64 bit)";
+    let position = "Position actual value measuring system 1";
     let toml = format!(
         "[columns]\nposition_m = {{ column = \"{position}\", unit = \"mm\" }}\ncurrent_a = \"Torque-producing current i(q)\"\n"
     );

@@ -655,6 +655,24 @@ fn exact_warnings_come_before_notes_and_the_like_is_counted() {
     }
 }
 
+/// One run with a column of the wrong sign: the verdict stays, and the doubt stands above it, once.
+#[test]
+fn exact_what_makes_a_verdict_doubtful_stands_above_it() {
+    let mut d = diagnosis();
+    d.checks.push(Finding {
+        run: "run3".to_owned(),
+        check: Check::SwappedSign,
+        severity: Severity::Warning,
+        signal: Some("control_effort_v".to_owned()),
+        message: "The control effort has the wrong sign.".to_owned(),
+    });
+    for report in reports(&d, Motion::Prismatic) {
+        assert!(report.starts_with("  ! The control effort has the wrong sign. (run3)\n"), "{report}");
+        assert_eq!(report.matches("wrong sign").count(), 1, "{report}");
+        assert!(report.contains("CAUSE FOUND") && report.contains("NOTICED IN THE DATA"), "{report}");
+    }
+}
+
 #[test]
 fn exact_a_turning_axis_is_told_in_its_units() {
     let mut d = diagnosis();

@@ -1,15 +1,24 @@
-//! Why a verdict is withheld: above it, in the head of the page.
+//! Why a verdict is withheld or doubtful: above it, in the head of the page.
 
 use crate::diagnose::Diagnosis;
 use crate::report::figure::escape;
+use crate::report::follow_up::doubts;
 use crate::report::withheld::{reasons, title};
 
-/// A paragraph; empty where the verdict is that of the evidence.
+/// Paragraphs; empty where the verdict is that of the evidence and nothing makes it doubtful.
 pub(super) fn above(diagnosis: &Diagnosis) -> String {
-    diagnosis.withheld.as_ref().map_or_else(String::new, |withheld| {
-        let reasons = reasons(diagnosis, withheld);
-        let list: Vec<String> = reasons.iter().map(|text| escape(&super::head::unbroken(text))).collect();
-        let title = title(withheld.by);
-        format!("<p class=\"withheld\"><strong>{title}.</strong> {}</p>\n", list.join("<br>"))
-    })
+    let doubts = paragraph("Doubtful data or model", &doubts(diagnosis));
+    diagnosis
+        .withheld
+        .as_ref()
+        .map_or(String::new(), |withheld| paragraph(title(withheld.by), &reasons(diagnosis, withheld)))
+        + &doubts
+}
+
+fn paragraph(title: &str, reasons: &[String]) -> String {
+    if reasons.is_empty() {
+        return String::new();
+    }
+    let list: Vec<String> = reasons.iter().map(|text| escape(&super::head::unbroken(text))).collect();
+    format!("<p class=\"withheld\"><strong>{title}.</strong> {}</p>\n", list.join("<br>"))
 }
