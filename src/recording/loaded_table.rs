@@ -5,7 +5,10 @@ use std::path::{Path, PathBuf};
 use super::series::{Series, together};
 use super::signal::TIME_KEY;
 use super::table::{Columns, no_rows};
-use crate::error::{Error, ErrorKind, Result};
+use crate::error::{Error, ErrorKind, Result, plain};
+
+/// Characters of a column's name.
+const LONGEST_NAME: usize = 200;
 
 /// What such a file holds.
 #[derive(Debug)]
@@ -44,6 +47,7 @@ impl LoadedTable {
             }
             Content::Arrays(arrays) => arrays.iter().map(|(name, _)| name.clone()).collect(),
         };
+        let names = names.iter().map(|name| plain(name, LONGEST_NAME)).collect();
         Self { path: path.to_path_buf(), format, names, units, content, sha256 }
     }
 

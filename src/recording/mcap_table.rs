@@ -4,16 +4,15 @@
 
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::{BufWriter, Cursor};
+use std::io::BufWriter;
 use std::path::Path;
 
-use mcap::io::MessageReader;
 use mcap::records::MessageHeader;
-use mcap::sans_io::LinearReaderOptions;
 use mcap::{Compression, WriteOptions, Writer};
 
 use super::cdr::{FLOAT64, JOINT_STATE, JointState, encoded_float64, float64};
 use super::loaded_table::{Content, LoadedTable};
+use super::mcap_records::{Message, messages};
 use super::run::Run;
 use super::series::Series;
 use super::signal::Signal;
@@ -28,8 +27,14 @@ const NS_PER_S: f64 = 1e9;
 /// Stamps beyond this count from an epoch, and not from a start: 1973.
 const EPOCH_NS: i64 = 100_000_000_000_000_000;
 
-/// The least limit of one record: lengths stand in the file, and a damaged one must not be believed. Larger files may hold larger records.
-const RECORD_LIMIT: usize = 64 << 20;
+/// Why a file is refused.
+struct Refused(Error);
+
+impl From<String> for Refused {
+    fn from(words: String) -> Self {
+        Self(damaged(&words))
+    }
+}
 
 /// Reads every joint and every number of a file.
 ///
@@ -38,21 +43,16 @@ const RECORD_LIMIT: usize = 64 << 20;
 pub(super) fn read(path: &Path, bytes: &[u8], sha256: String) -> Result<LoadedTable> {
     let mut channels: BTreeMap<String, Vec<(i64, f64)>> = BTreeMap::new();
     let mut others: BTreeMap<String, String> = BTreeMap::new();
-    let options = LinearReaderOptions::default()
-        .with_validate_chunk_crcs(true)
-        .with_record_length_limit(bytes.len().max(RECORD_LIMIT));
-    for message in MessageReader::new_with_options(Cursor::new(bytes), options) {
-        let message = message.map_err(|error| damaged(&error))?;
-        let topic = &message.channel.topic;
-        let kind = message.channel.schema.as_ref().map_or("", |schema| schema.name.as_str());
-        let is_cdr = message.channel.message_encoding == "cdr";
-        let log_ns = i64::try_from(message.log_time).unwrap_or(i64::MAX);
-        let broken = || damaged(&"a message that does not follow its schema").key(topic.clone());
+    messages(bytes, |message| -> std::result::Result<(), Refused> {
+        let Message { topic, schema, encoding, data, .. } = message;
+        let is_cdr = encoding == "cdr";
+        let log_ns = i64::try_from(message.log_ns).unwrap_or(i64::MAX);
+        let broken = || Refused(damaged(&"a message that does not follow its schema").key(topic));
         let mut add = |name: String, stamp: i64, value: f64| {
             channels.entry(name).or_default().push((stamp, value));
         };
-        if is_cdr && kind == JOINT_STATE.0 {
-            let state = JointState::decoded(&message.data).ok_or_else(broken)?;
+        if is_cdr && schema == JOINT_STATE.0 {
+            let state = JointState::decoded(data).ok_or_else(broken)?;
             let stamp = if state.stamp_ns == 0 { log_ns } else { state.stamp_ns };
             let parts =
                 [("position", &state.position), ("velocity", &state.velocity), ("effort", &state.effort)];
@@ -61,12 +61,14 @@ pub(super) fn read(path: &Path, bytes: &[u8], sha256: String) -> Result<LoadedTa
                     add(format!("{topic}/{joint}/{part}"), stamp, *value);
                 }
             }
-        } else if is_cdr && kind == FLOAT64.0 {
-            add(format!("{topic}/data"), log_ns, float64(&message.data).ok_or_else(broken)?);
+        } else if is_cdr && schema == FLOAT64.0 {
+            add(format!("{topic}/data"), log_ns, float64(data).ok_or_else(broken)?);
         } else {
-            others.insert(topic.clone(), kind.to_owned());
+            others.insert(topic.to_owned(), schema.to_owned());
         }
-    }
+        Ok(())
+    })
+    .map_err(|refused| refused.0)?;
     if channels.is_empty() {
         return Err(nothing(&others));
     }

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, ConvertedType, LogicalType, Repetition, Type as Physical};
-use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl, get_column_reader};
 use parquet::data_type::{DataType, DoubleType};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::FileMetaData;
@@ -15,6 +15,7 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use rayon::prelude::*;
 
+use super::parquet_pages::SoundPages;
 use super::run::file_sha256;
 use super::table::{Columns, no_rows};
 use crate::error::{Error, ErrorKind, Result, plain};
@@ -84,7 +85,9 @@ impl ParquetTable {
         for group in 0..reader.num_row_groups() {
             let group = reader.get_row_group(group).map_err(|error| unreadable(&error))?;
             let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
-            let stored = group.get_column_reader(leaf).map_err(|error| unreadable(&error))?;
+            let pages = group.get_column_page_reader(leaf).map_err(|error| unreadable(&error))?;
+            let stored =
+                get_column_reader(about.schema_descr().column(leaf), Box::new(SoundPages::of(pages)));
             let into = &mut column;
             match stored {
                 ColumnReader::DoubleColumnReader(stored) => append(into, stored, rows, |value| *value),

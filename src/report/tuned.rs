@@ -4,7 +4,7 @@ use super::figure::{Figure, Map, Panel};
 use super::number::{plain, value};
 use super::sheet::{Section, Sheet};
 use crate::machine::Machine;
-use crate::tune::{Criterion, Departure, Given, Kind, Outcome, Setting, Tuning};
+use crate::tune::{Criterion, Departure, Given, Kind, Knob, Map as Grid, Outcome, Setting, Tuning};
 use crate::units::Motion;
 
 /// Rows of the map's table: the best settings.
@@ -225,6 +225,16 @@ impl Report<'_> {
             if best.is_empty() { "none".to_owned() } else { best.len().to_string() },
             if best.is_empty() { String::new() } else { format!(" The best by mean {}:", objective.name()) }
         ));
+        let wider = |(knob, step): (&Knob, f64)| {
+            format!("{} in the place of {} for {}", number(step), number(knob.step), knob.key)
+        };
+        let widened: Vec<String> = map.widened(&self.tuning.knobs).into_iter().map(wider).collect();
+        if !widened.is_empty() {
+            let most = Grid::MOST;
+            let text =
+                format!("Steps of the map, which holds at most {most} settings: {}.", widened.join(", "));
+            section = section.words(text);
+        }
         let mut heads = HEADS;
         heads[0] = "setting";
         let rows =

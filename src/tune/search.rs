@@ -45,6 +45,22 @@ pub struct Map {
     pub settings: Vec<Setting>,
 }
 
+impl Map {
+    /// Settings that a map holds at most.
+    pub const MOST: usize = MOST_SETTINGS as usize;
+
+    /// Knobs with their step in the map where that is wider than asked for.
+    pub fn widened<'k>(&self, knobs: &'k [Knob]) -> Vec<(&'k Knob, f64)> {
+        widened(knobs, &self.values)
+    }
+}
+
+fn widened<'k>(knobs: &'k [Knob], values: &[Vec<f64>]) -> Vec<(&'k Knob, f64)> {
+    let step = |values: &[f64]| values.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max);
+    let pairs = knobs.iter().zip(values).map(|(knob, values)| (knob, step(values)));
+    pairs.filter(|(knob, step)| *step > knob.step * (1.0 + 1e-9)).collect()
+}
+
 /// Values of each knob such that there are not too many settings in all.
 pub(super) fn grid(knobs: &[Knob]) -> Vec<Vec<f64>> {
     let most = MOST_SETTINGS.powf(1.0 / knobs.len().max(1) as f64).floor().max(2.0);
@@ -220,4 +236,24 @@ fn neighbours(knobs: &[Knob], at: &[f64], steps: &[f64]) -> Vec<Vec<f64>> {
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn knob(range: [f64; 2], step: f64, is_integer: bool) -> Knob {
+        Knob { key: "controller.gain".to_owned(), from: range[0], to: range[1], step, is_integer }
+    }
+
+    /// Two knobs share 3600 settings, 60 each; what is asked for more finely is widened, and said to be.
+    #[test]
+    fn exact_a_map_that_is_too_fine_is_widened() {
+        let knobs = [knob([1.0, 200.0], 1e-12, false), knob([6.0, 65.0], 1.0, true)];
+        let values = grid(&knobs);
+        assert_eq!(values.iter().map(Vec::len).collect::<Vec<_>>(), [60, 60]);
+        let wider = widened(&knobs, &values);
+        assert_eq!(wider.len(), 1);
+        assert!((wider[0].1 - 199.0 / 59.0).abs() < 1e-9, "{}", wider[0].1);
+    }
 }
