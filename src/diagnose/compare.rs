@@ -128,6 +128,7 @@ impl Reference {
                     known.closes += closes;
                     known.amplitudes.clone_from(&cause.amplitudes);
                     known.phases.clone_from(&cause.phases);
+                    known.harmonics.extend(cause.harmonics.iter().cloned());
                     for (key, parameter) in &cause.parameters {
                         match known.parameters.get_mut(key) {
                             Some(own) => renew(own, parameter),
@@ -151,9 +152,8 @@ impl Diagnosis {
     /// # Errors
     /// A value that the machine's description refuses.
     pub fn improved(&self, machine: &Machine) -> Result<Machine> {
-        let causes = self.causes.iter().flat_map(|cause| {
-            cause.parameters.iter().map(|(key, p)| (format!("effect.{}.{key}", cause.effect), p.value))
-        });
+        let causes = self.causes.iter().flat_map(Cause::settings);
+        let causes = causes.map(|(path, parameter)| (path, parameter.value));
         let calibration = self.calibration.iter().map(|c| (c.path.clone(), c.parameter.value));
         let settings: Vec<(String, f64)> = causes.chain(calibration).collect();
         machine.with_settings(settings.iter().map(|(path, value)| (path.as_str(), (*value).into())))

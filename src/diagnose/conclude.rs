@@ -19,10 +19,6 @@ use crate::recording::Signal;
 use crate::twin::Sensing;
 use std::collections::BTreeMap;
 
-/// Where the noise is only stated, not seen in the recording, nobody knows how many times the noise is left; what is left
-/// then is a detail where the explanation closes this share.
-const WHOLLY_CLOSED: f64 = 0.99;
-
 /// What the search comes to; `is_measured` tells whether the noise was seen in the recording.
 pub fn verdict(found: &Found, before: &Score, is_measured: bool) -> Verdict {
     let chosen = &found.candidates[found.chosen];
@@ -30,8 +26,7 @@ pub fn verdict(found: &Found, before: &Score, is_measured: bool) -> Verdict {
         let quiet = before.gap() <= ADEQUATE_GAP || chosen.score.gap() <= ADEQUATE_GAP;
         return if quiet { Verdict::NoGap } else { Verdict::Unknown };
     }
-    let is_detail = !is_measured && found.share(found.chosen, before) >= WHOLLY_CLOSED;
-    if !found.stands(found.chosen, before) && !is_detail {
+    if !found.stands(found.chosen, before, is_measured) {
         // Something else is at work too, and the explanation is only the nearest one.
         return Verdict::Unknown;
     }
@@ -60,6 +55,7 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> Vec<Cause> {
                 parameters: parameters(&chosen.fit, effect),
                 amplitudes: amplitudes(&chosen.fit, folds, effect),
                 phases: Vec::new(),
+                harmonics: Vec::new(),
             }
         })
         .collect();
@@ -177,10 +173,10 @@ pub fn calibration(fit: &Fit) -> Vec<Calibration> {
         .collect()
 }
 
-/// Probability of every effect looked at, most probable first.
-pub fn effects(found: &Found, catalogue: &[EffectId]) -> Vec<EffectProbability> {
-    let mut list: Vec<EffectProbability> = catalogue
-        .iter()
+/// Probability of every effect looked at, most probable first; `harmonics` of others are none by themselves.
+pub fn effects(found: &Found, catalogue: &[EffectId], harmonics: &[String]) -> Vec<EffectProbability> {
+    let own = catalogue.iter().filter(|e| harmonics.iter().all(|harmonic| *harmonic != e.name()));
+    let mut list: Vec<EffectProbability> = own
         .map(|&e| EffectProbability { effect: e.name().to_string(), probability: probability(found, e) })
         .collect();
     list.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.effect.cmp(&b.effect)));

@@ -259,7 +259,9 @@ const DRAWS: usize = 200;
 pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let candidates = &found.candidates;
     let best = reference(candidates);
-    let stands: Vec<bool> = (0..candidates.len()).map(|index| !found.is_refinement(index, before)).collect();
+    // What its own fit cannot tell from nothing is no explanation: it is the one without it, once more.
+    let stands = |index| !found.is_refinement(index, before) && found.shows(index);
+    let stands: Vec<bool> = (0..candidates.len()).map(stands).collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
     let mut sum = vec![0.0; candidates.len()];
     for weights in bootstrap(best.blocks(), DRAWS) {

@@ -17,10 +17,8 @@ pub fn improved(diagnosis: &Diagnosis, machine: &Machine) -> Result<Option<(Mach
     if diagnosis.causes.is_empty() || is_open {
         return Ok(None);
     }
-    let causes = diagnosis.causes.iter().flat_map(|cause| {
-        let path = |name: &str| format!("effect.{}.{name}", cause.effect);
-        cause.parameters.iter().map(move |(name, parameter)| identified(path(name), parameter, Reason::Cause))
-    });
+    let causes = diagnosis.causes.iter().flat_map(super::verdict::Cause::settings);
+    let causes = causes.map(|(path, parameter)| identified(path, parameter, Reason::Cause));
     let calibrated = diagnosis.calibration.iter();
     let calibrated = calibrated.map(|c| identified(c.path.clone(), &c.parameter, Reason::Calibration));
     let value: Vec<Identified> = causes.chain(calibrated).collect();

@@ -19,6 +19,7 @@ pub mod fit;
 mod floors;
 mod folds;
 pub mod found;
+pub mod harmonic;
 pub mod hypothesis;
 pub mod identifiability;
 mod improve;
@@ -227,6 +228,7 @@ impl<'a> Ready<'a> {
         let chosen = &found.candidates[found.chosen];
         let improved = chosen.fit.machine(self.machine)?;
         let mut causes = conclude::causes(found, &self.before, &folds);
+        let harmonics = harmonic::fold(&mut causes);
         let floors = [&self.floors.common, floor];
         let prove = || prove::rigid_body([self.machine, &improved], &self.held_out, floors);
         let rigid_body = if causes.is_empty() { None } else { prove() };
@@ -235,10 +237,7 @@ impl<'a> Ready<'a> {
             Some(_) => None,
             None => self.next_experiment(found, verdict, &mut causes)?,
         };
-        let vibrates = |cause: &&mut verdict::Cause| cause.effect == EffectId::ExternalVibration.name();
-        if let Some(cause) = causes.iter_mut().find(vibrates) {
-            cause.phases = conclude::phases(&improved, self.training.iter().chain(&self.held_out))?;
-        }
+        self.set_phases(&mut causes, &improved)?;
         let gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],
@@ -259,7 +258,7 @@ impl<'a> Ready<'a> {
             schema: verdict::SCHEMA.to_owned(),
             verdict,
             withheld,
-            effects: conclude::effects(found, options.catalogue),
+            effects: conclude::effects(found, options.catalogue, &harmonics),
             ranking: conclude::ranking(found),
             refinements: conclude::refinements(found, &self.before),
             calibration: conclude::calibration(&chosen.fit),
@@ -279,6 +278,15 @@ impl<'a> Ready<'a> {
             reference: self.known.reference.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         })
+    }
+
+    /// Sets the phases of a vibration among the causes, of all runs.
+    fn set_phases(&self, causes: &mut [verdict::Cause], improved: &Machine) -> Result<()> {
+        let vibrates = |cause: &&mut verdict::Cause| cause.effect == EffectId::ExternalVibration.name();
+        if let Some(cause) = causes.iter_mut().find(vibrates) {
+            cause.phases = conclude::phases(improved, self.training.iter().chain(&self.held_out))?;
+        }
+        Ok(())
     }
 
     /// The verdict, and why it is withheld if it is.

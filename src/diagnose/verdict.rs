@@ -7,6 +7,7 @@ pub use super::place::{Band, Share, Where};
 pub use super::veto::{Verdict, Withheld};
 
 use super::found::DECIDED;
+use super::harmonic::Harmonic;
 use super::identifiability::Identifiability;
 use super::json;
 use super::next_experiment::NextExperiment;
@@ -53,6 +54,9 @@ pub struct Cause {
     /// Of a vibration from outside, its phase in each run, training runs first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub phases: Vec<RunPhase>,
+    /// Of what repeats along the axis, harmonics beyond those of its law; their amplitudes stand among the others.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub harmonics: Vec<Harmonic>,
 }
 
 impl Cause {
@@ -68,6 +72,16 @@ impl Cause {
             rest.is_some_and(|rest| self.amplitudes.contains_key(&format!("amplitude{rest}")))
         };
         self.amplitudes.iter().chain(self.parameters.iter().filter(move |(key, _)| !of_wave(key)))
+    }
+
+    /// What it sets in a machine, by key path: its own parameters, then those of its harmonics.
+    pub fn settings(&self) -> impl Iterator<Item = (String, &Parameter)> {
+        let of = |effect: &str, parameters| {
+            let path = format!("effect.{effect}.");
+            BTreeMap::iter(parameters).map(move |(key, parameter)| (format!("{path}{key}"), parameter))
+        };
+        let harmonics = self.harmonics.iter().flat_map(move |h| of(&h.effect, &h.parameters));
+        of(&self.effect, &self.parameters).chain(harmonics)
     }
 
     /// Every number: amplitudes, then parameters.

@@ -123,8 +123,6 @@ impl<'a> Fields<'a> {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
-
     /// Strings of which the file says more than it holds are refused, and nothing is made room for.
     #[test]
     fn exact_no_length_is_believed() {

@@ -7,7 +7,7 @@ use super::withheld;
 use super::wrap::{columns, wrap};
 use crate::diagnose::Verdict;
 use crate::diagnose::check::{Check, Finding, Severity};
-use crate::diagnose::verdict::Diagnosis;
+use crate::diagnose::verdict::{Cause, Diagnosis};
 use crate::diagnose::veto::Veto;
 
 /// Runs that are named before the rest is only counted.
@@ -221,9 +221,14 @@ pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
 /// The causes as tables of a machine file.
 pub(super) fn snippet(diagnosis: &Diagnosis) -> String {
     let mut out = String::new();
-    for cause in &diagnosis.causes {
-        out += &format!("[effect.{}]\n", cause.effect);
-        for (name, parameter) in &cause.parameters {
+    let tables = |cause: &Cause| {
+        let harmonics =
+            cause.harmonics.iter().map(|harmonic| (harmonic.effect.clone(), harmonic.parameters.clone()));
+        std::iter::once((cause.effect.clone(), cause.parameters.clone())).chain(harmonics).collect::<Vec<_>>()
+    };
+    for (effect, parameters) in diagnosis.causes.iter().flat_map(tables) {
+        out += &format!("[effect.{effect}]\n");
+        for (name, parameter) in &parameters {
             let line = format!("{name} = {}", toml_number(parameter));
             out += &format!("{line:<28}  # 95 %: {}\n", interval(parameter));
         }

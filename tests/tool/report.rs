@@ -36,6 +36,7 @@ fn cause(effect: &str, site: &str, closes: f64, parameters: &[(&str, Parameter)]
         parameters: parameters.iter().map(|(name, p)| ((*name).to_owned(), p.clone())).collect(),
         amplitudes: BTreeMap::new(),
         phases: Vec::new(),
+        harmonics: Vec::new(),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::page::Part;
 use crate::diagnose::Diagnosis;
 use crate::diagnose::identifiability::ParameterIdentifiability;
-use crate::diagnose::verdict::Parameter;
+use crate::diagnose::verdict::{Cause, Parameter};
 use crate::report::figure::{Figure, Ink, Matrix, Panel};
 use crate::report::number::{percent, with_interval};
 use crate::report::sentence::{name, phrase};
@@ -72,12 +72,9 @@ fn row(diagnosis: &Diagnosis, k: usize, of: &ParameterIdentifiability) -> Vec<St
 
 /// A parameter of a cause or a calibrated constant.
 fn parameter<'a>(diagnosis: &'a Diagnosis, path: &str) -> Option<&'a Parameter> {
-    let of_cause = diagnosis.causes.iter().find_map(|cause| {
-        let key = path.strip_prefix(&format!("effect.{}.", cause.effect))?;
-        cause.parameters.get(key)
-    });
-    let constants = diagnosis.calibration.iter();
-    of_cause.or_else(|| constants.filter(|c| c.path == path).map(|c| &c.parameter).next())
+    let of_causes = diagnosis.causes.iter().flat_map(Cause::settings);
+    let constants = diagnosis.calibration.iter().map(|c| (c.path.clone(), &c.parameter));
+    of_causes.chain(constants).find(|(own, _)| own == path).map(|(_, parameter)| parameter)
 }
 
 fn word(path: &str) -> String {

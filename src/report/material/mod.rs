@@ -25,6 +25,7 @@ use crate::diagnose::Diagnosis;
 use crate::diagnose::evidence::Score;
 use crate::diagnose::experiment::Experiment;
 use crate::diagnose::noise::Floor;
+use crate::diagnose::verdict::Cause;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Recording, Run, Signal, SplitRule};
@@ -69,10 +70,8 @@ struct Machines {
 impl Machines {
     fn of(machine: &Machine, diagnosis: &Diagnosis) -> Result<Self> {
         let stated = baseline(machine, diagnosis)?;
-        let causes = diagnosis.causes.iter().flat_map(|cause| {
-            cause.parameters.iter().map(|(key, p)| (format!("effect.{}.{key}", cause.effect), p.value))
-        });
-        let causes: Vec<(String, f64)> = causes.collect();
+        let causes = diagnosis.causes.iter().flat_map(Cause::settings);
+        let causes: Vec<(String, f64)> = causes.map(|(path, parameter)| (path, parameter.value)).collect();
         let uncalibrated =
             stated.with_settings(causes.iter().map(|(path, value)| (path.as_str(), (*value).into())))?;
         let improved = diagnosis.improved(&stated)?;
@@ -85,9 +84,8 @@ impl Machines {
 /// The twin that a diagnosis starts from: the machine's file, or in a comparison what the reference found.
 fn baseline(machine: &Machine, diagnosis: &Diagnosis) -> Result<Machine> {
     let Some(reference) = &diagnosis.reference else { return Ok(machine.clone()) };
-    let known = reference.causes.iter().flat_map(|cause| {
-        cause.parameters.iter().map(|(key, p)| (format!("effect.{}.{key}", cause.effect), p.value))
-    });
+    let known = reference.causes.iter().flat_map(Cause::settings);
+    let known = known.map(|(path, parameter)| (path, parameter.value));
     // What the comparison calls the twin's value is the reference's.
     let had = diagnosis.calibration.iter().map(|c| (c.path.clone(), c.parameter.twin));
     let settings: Vec<(String, f64)> = known.chain(had).filter(|(_, value)| value.is_finite()).collect();

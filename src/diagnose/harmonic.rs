@@ -1,0 +1,134 @@
+//! Higher harmonics of what repeats along the axis: found as a further pitch, told as part of the first one.
+
+use super::parameter::Parameter;
+use super::verdict::Cause;
+use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
+
+/// Harmonics from this order on are no parameters of the law with the pitch itself.
+const FIRST_ORDER: f64 = 3.0;
+/// And up to this one: beyond it unrelated pitches come near a whole ratio by chance.
+const LAST_ORDER: f64 = 12.0;
+/// A ratio so near to a whole number is one: unrelated pitches come as near once in fifty times, harmonics are the rule.
+const WHOLE: f64 = 0.01;
+
+/// A harmonic that the law with the pitch does not have: it is in the machine as a further pitch.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Harmonic {
+    /// Pitch over its period.
+    pub order: u32,
+    /// Effect that it is in the machine.
+    pub effect: String,
+    /// That effect's parameters.
+    pub parameters: BTreeMap<String, Parameter>,
+}
+
+/// Makes causes that are harmonics of another one of their group part of that one, and returns their effects.
+///
+/// # Model
+/// A further pitch p′ is the n-th harmonic of the pitch p where p/p′ is a whole number n within its 95 % interval or within
+/// [`WHOLE`], 3 ≤ n ≤ 12. The force of magnets and slots has all harmonics of its pitch; that another source has a pitch in
+/// such a ratio is a coincidence.
+pub fn fold(causes: &mut Vec<Cause>) -> Vec<String> {
+    let mut folded = Vec::new();
+    while let Some((part, whole, order)) = harmonic(causes) {
+        let Cause { effect, closes, parameters, amplitudes, .. } = causes.remove(part);
+        let whole = &mut causes[if part < whole { whole - 1 } else { whole }];
+        whole.closes += closes;
+        for (key, amplitude) in amplitudes {
+            whole.amplitudes.insert(key_of_order(&key, order), amplitude);
+        }
+        folded.push(effect.clone());
+        whole.harmonics.push(Harmonic { order, effect, parameters });
+    }
+    causes.sort_by(|a, b| b.closes.total_cmp(&a.closes));
+    folded
+}
+
+/// A cause that is a harmonic of another one, that one, and the order.
+fn harmonic(causes: &[Cause]) -> Option<(usize, usize, u32)> {
+    (0..causes.len()).find_map(|part| {
+        let group = causes[part].group.as_deref()?;
+        let whole = causes.iter().position(|cause| cause.effect == group)?;
+        Some((part, whole, order(period(&causes[whole])?, period(&causes[part])?)?))
+    })
+}
+
+fn period(cause: &Cause) -> Option<&Parameter> {
+    cause.parameters.iter().find(|(key, _)| key.starts_with("period_")).map(|(_, parameter)| parameter)
+}
+
+fn order(whole: &Parameter, part: &Parameter) -> Option<u32> {
+    let share = |p: &Parameter| 0.5 * (p.ci95[1] - p.ci95[0]) / p.value;
+    let ratio = whole.value / part.value;
+    let half = ratio * share(whole).hypot(share(part));
+    let order = ratio.round();
+    let is_whole = (ratio - order).abs() <= half.clamp(WHOLE, 5.0 * WHOLE);
+    ((FIRST_ORDER..=LAST_ORDER).contains(&order) && is_whole).then_some(order as u32)
+}
+
+/// `amplitude_n` and `amplitude_2_n` of a harmonic as amplitudes of the whole: `amplitude_3_n` and `amplitude_6_n`.
+fn key_of_order(key: &str, order: u32) -> String {
+    let rest = key.strip_prefix("amplitude").unwrap_or(key);
+    match rest.strip_prefix("_2_") {
+        Some(unit) => format!("amplitude_{}_{unit}", 2 * order),
+        None => format!("amplitude_{order}{rest}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn parameter(value: f64, half: f64) -> Parameter {
+        Parameter { value, ci95: [value - half, value + half], unit: "m".to_owned(), twin: f64::NAN }
+    }
+
+    fn pitch(effect: &str, period: f64, closes: f64) -> Cause {
+        let group = (effect != "cogging").then(|| "cogging".to_owned());
+        Cause {
+            effect: effect.to_owned(),
+            group,
+            site: "motor".to_owned(),
+            probability: 1.0,
+            closes,
+            confusable_with: Vec::new(),
+            confusable_reason: None,
+            parameters: BTreeMap::from([("period_m".to_owned(), parameter(period, 1e-6 * period))]),
+            amplitudes: ["amplitude_n", "amplitude_2_n"]
+                .map(|key| (key.to_owned(), parameter(closes, 0.0)))
+                .into(),
+            phases: Vec::new(),
+            harmonics: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn exact_a_third_of_a_pitch_is_its_third_harmonic() {
+        let mut causes = vec![
+            pitch("cogging", 0.024, 0.9),
+            pitch("second_cogging", 0.008_002, 0.06),
+            pitch("third_cogging", 0.0171, 0.02),
+        ];
+        assert_eq!(fold(&mut causes), ["second_cogging"]);
+        let [whole, other] = &causes[..] else { panic!("{causes:?}") };
+        assert_eq!((&*other.effect, whole.closes, whole.harmonics.len()), ("third_cogging", 0.96, 1));
+        assert_eq!((whole.harmonics[0].order, &*whole.harmonics[0].effect), (3, "second_cogging"));
+        assert_eq!(
+            whole.amplitudes.keys().collect::<Vec<_>>(),
+            ["amplitude_2_n", "amplitude_3_n", "amplitude_6_n", "amplitude_n"]
+        );
+        let settings: Vec<String> = whole.settings().map(|(path, _)| path).collect();
+        assert_eq!(settings, ["effect.cogging.period_m", "effect.second_cogging.period_m"]);
+    }
+
+    #[test]
+    fn exact_a_pitch_of_its_own_stays_one() {
+        for period in [0.012, 0.0078, 0.0171, 0.036] {
+            let mut causes = vec![pitch("cogging", 0.024, 0.9), pitch("second_cogging", period, 0.06)];
+            assert!(fold(&mut causes).is_empty() && causes.len() == 2, "{period}");
+        }
+        // Without the pitch that it would be a harmonic of.
+        assert!(fold(&mut vec![pitch("second_cogging", 0.008, 0.06)]).is_empty());
+    }
+}
