@@ -167,6 +167,14 @@ impl Found {
         self.shows(index) && !self.runs_off(index)
     }
 
+    /// Whether a candidate has a line of the noise among its effects: a period or a frequency was searched, and what was found there
+    /// does not show. It is the explanation without that effect, once more.
+    fn has_noise_line(&self, index: usize) -> bool {
+        let fit = &self.candidates[index].fit;
+        let is_searched = |name: &str| name.starts_with("period_") || name == "frequency_hz";
+        fit.hypothesis.free.iter().any(|free| is_searched(free.name) && !fit.shown.contains(&free.effect))
+    }
+
     fn shows(&self, index: usize) -> bool {
         let fit = &self.candidates[index].fit;
         fit.hypothesis.effects.is_subset(&fit.shown)
@@ -259,8 +267,7 @@ const DRAWS: usize = 200;
 pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let candidates = &found.candidates;
     let best = reference(candidates);
-    // What its own fit cannot tell from nothing is no explanation: it is the one without it, once more.
-    let stands = |index| !found.is_refinement(index, before) && found.shows(index);
+    let stands = |index| !found.is_refinement(index, before) && !found.has_noise_line(index);
     let stands: Vec<bool> = (0..candidates.len()).map(stands).collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
     let mut sum = vec![0.0; candidates.len()];

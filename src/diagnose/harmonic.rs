@@ -46,10 +46,14 @@ pub fn fold(causes: &mut Vec<Cause>) -> Vec<String> {
 }
 
 /// A cause that is a harmonic of another one, that one, and the order.
-fn harmonic(causes: &[Cause]) -> Option<(usize, usize, u32)> {
-    (0..causes.len()).find_map(|part| {
-        let group = causes[part].group.as_deref()?;
-        let whole = causes.iter().position(|cause| cause.effect == group)?;
+fn harmonic<'a>(causes: &'a [Cause]) -> Option<(usize, usize, u32)> {
+    let group = |cause: &'a Cause| cause.group.as_deref().unwrap_or(&cause.effect);
+    let pairs = (0..causes.len()).flat_map(|part| (0..causes.len()).map(move |whole| (part, whole)));
+    // The pitch that its law has by itself stays, whatever it is a part of.
+    let mut pairs = pairs.filter(|&(part, whole)| {
+        part != whole && causes[part].group.is_some() && group(&causes[part]) == group(&causes[whole])
+    });
+    pairs.find_map(|(part, whole)| {
         Some((part, whole, order(period(&causes[whole])?, period(&causes[part])?)?))
     })
 }
@@ -128,6 +132,14 @@ mod tests {
             let mut causes = vec![pitch("cogging", 0.024, 0.9), pitch("second_cogging", period, 0.06)];
             assert!(fold(&mut causes).is_empty() && causes.len() == 2, "{period}");
         }
+        // The third part of the second pitch is its harmonic, not the first one's.
+        let mut causes = vec![
+            pitch("cogging", 0.0164, 0.9),
+            pitch("second_cogging", 0.0199, 0.06),
+            pitch("third_cogging", 0.0199 / 3.0, 0.02),
+        ];
+        assert_eq!(fold(&mut causes), ["third_cogging"]);
+        assert_eq!(causes[1].harmonics[0].order, 3);
         // Without the pitch that it would be a harmonic of.
         assert!(fold(&mut vec![pitch("second_cogging", 0.008, 0.06)]).is_empty());
     }

@@ -7,6 +7,7 @@ use std::path::Path;
 
 use nalgebra::{Point3, Vector3};
 
+use super::obj;
 use crate::confine;
 use crate::error::{Error, ErrorKind, Result};
 
@@ -257,18 +258,18 @@ fn point_text(p: &Point3<f64>) -> String {
 }
 
 fn read_obj(path: &Path) -> Result<Mesh> {
-    let file = File::open(path).map_err(|e| Error::io(path, &e))?;
+    let bytes = std::fs::read(path).map_err(|e| Error::io(path, &e))?;
+    let text = obj::positions_only(&String::from_utf8_lossy(&bytes)).map_err(|error| error.file(path))?;
     let options = tobj::LoadOptions { triangulate: true, ..Default::default() };
     // Materials are of no use here, and their files anywhere.
     let none = |_: &Path| Ok((Vec::new(), Default::default()));
-    let (models, _materials) =
-        tobj::load_obj_buf(&mut BufReader::new(file), &options, none).map_err(|e| {
-            Error::new(ErrorKind::Syntax)
-                .file(path)
-                .found(e.to_string())
-                .expected("an OBJ file of vertices and faces")
-                .remedy("export the mesh again")
-        })?;
+    let (models, _materials) = tobj::load_obj_buf(&mut text.as_bytes(), &options, none).map_err(|e| {
+        Error::new(ErrorKind::Syntax)
+            .file(path)
+            .found(e.to_string())
+            .expected("an OBJ file of vertices and faces")
+            .remedy("export the mesh again")
+    })?;
     let mut mesh = Mesh { vertices: Vec::new(), triangles: Vec::new() };
     for model in models {
         let offset = mesh.vertices.len() as u32;

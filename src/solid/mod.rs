@@ -10,6 +10,7 @@ mod files;
 mod import;
 pub mod mass;
 pub mod mesh;
+mod obj;
 mod tree;
 mod weight;
 mod xml;
