@@ -108,7 +108,8 @@ pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
 }
 
 /// Findings that make a verdict doubtful, whatever it is: a twin that is not stable, a column that is not what it is taken for.
-const DOUBTS: [Check; 3] = [Check::UnstableLoop, Check::SwappedSign, Check::ImplausibleUnit];
+const DOUBTS: [Check; 4] =
+    [Check::UnstableLoop, Check::StuckChannel, Check::SwappedSign, Check::ImplausibleUnit];
 
 fn is_doubt(sentence: &Sentence) -> bool {
     sentence.severity == Severity::Warning && DOUBTS.contains(&sentence.check)
