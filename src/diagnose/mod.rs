@@ -265,6 +265,7 @@ impl<'a> Ready<'a> {
             identifiability: identifiability::Identifiability::of(&chosen.fit),
             residual_whiteness: residual_whiteness::residual_whiteness(&improved, &self.held_out, floor)?,
             gap,
+            following_error: self.following_error(),
             place,
             unexplained,
             left,
@@ -278,6 +279,16 @@ impl<'a> Ready<'a> {
             reference: self.known.reference.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         })
+    }
+
+    fn following_error(&self) -> Option<verdict::FollowingError> {
+        let pairs = self.held_out.iter().filter_map(|experiment| {
+            let run = experiment.run();
+            run.signal(Signal::PositionReference).zip(run.signal(Signal::Position))
+        });
+        let samples =
+            pairs.flat_map(|(reference, position)| reference.iter().copied().zip(position.iter().copied()));
+        verdict::FollowingError::of(samples)
     }
 
     /// Sets the phases of a vibration among the causes, of all runs.

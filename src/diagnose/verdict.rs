@@ -196,6 +196,28 @@ pub struct Gap {
     pub signals: Vec<SignalGap>,
 }
 
+/// Position reference less measured position, in m or rad.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct FollowingError {
+    /// Root mean square.
+    pub rms: f64,
+    /// Largest magnitude.
+    pub peak: f64,
+}
+
+impl FollowingError {
+    /// Over all samples of some pairs of reference and position; none without one.
+    pub fn of(pairs: impl IntoIterator<Item = (f64, f64)>) -> Option<Self> {
+        let (mut count, mut squares, mut peak) = (0_usize, 0.0, 0.0_f64);
+        for error in pairs.into_iter().map(|(reference, position)| reference - position) {
+            count += 1;
+            squares += error * error;
+            peak = peak.max(error.abs());
+        }
+        (count > 0).then(|| Self { rms: (squares / count as f64).sqrt(), peak })
+    }
+}
+
 impl Diagnosis {
     /// Whether the verdict is `unknown` though the causes named are certain and close most of what calibration leaves: part of
     /// the cause is found, and what is left is more than noise and has no name.
@@ -282,6 +304,9 @@ pub struct Diagnosis {
     /// How large, how far.
     #[serde(default)]
     pub gap: Gap,
+    /// Following error of the machine on the held-out runs; none where the reference was not logged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub following_error: Option<FollowingError>,
     /// Where.
     #[serde(default, rename = "where")]
     pub place: Where,

@@ -45,7 +45,7 @@ pub struct Backlash {
 
 impl Law for Backlash {
     const SITE: Site = Site::Structure;
-    const PHRASE: &'static str = "lost motion between motor and load";
+    const PHRASE: &'static str = "backlash between motor and load";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::length("width_m", "width_rad").not_negative(),
         Parameter::same("carried_share", "1").within(0.0, 1.0),

@@ -33,7 +33,7 @@ pub struct CableSpring {
 
 impl Law for CableSpring {
     const SITE: Site = Site::Guide;
-    const PHRASE: &'static str = "a spring to a point";
+    const PHRASE: &'static str = "a spring force (cable, hose)";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad").not_negative(),
         Parameter::length("centre_m", "centre_rad"),

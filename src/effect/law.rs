@@ -201,7 +201,7 @@ pub trait Law: Sized {
     /// Numbers that a fit chooses beside the parameters where the recording tells them; elsewhere they stay as the machine file
     /// states them. Zero leaves the twin as it is.
     const FURTHER: &'static [Parameter] = &[];
-    /// What it is, in a phrase that fits into "… causes 94 % of the gap".
+    /// What it is, in a phrase that fits into "It lacked …".
     const PHRASE: &'static str;
     /// Of a feature: the effects of which it modifies one or several. Without any of them it does nothing, and is
     /// neither stated nor looked for.

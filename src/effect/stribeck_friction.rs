@@ -39,7 +39,7 @@ pub struct StribeckFriction {
 
 impl Law for StribeckFriction {
     const SITE: Site = Site::Guide;
-    const PHRASE: &'static str = "stiction that decays with speed";
+    const PHRASE: &'static str = "Stribeck friction (stiction that decays with speed)";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::same("peak_ratio", "1").within(1.0, f64::INFINITY),
         Parameter::differing("stribeck_velocity_m_per_s", "stribeck_velocity_rad_per_s", "m/s", "rad/s")

@@ -8,6 +8,7 @@ mod changes;
 mod compared;
 pub mod confusion;
 mod crosscheck;
+mod drive;
 mod extent;
 pub mod figure;
 mod follow_up;

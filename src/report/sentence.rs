@@ -72,25 +72,25 @@ fn no_gap(diagnosis: &Diagnosis) -> String {
 }
 
 fn cause(diagnosis: &Diagnosis, motion: Motion) -> String {
-    let mut text = match &diagnosis.causes[..] {
-        [] => format!("The gap is {}.", times_noise(diagnosis.gap.before)),
-        [one] => {
-            let comma = if one.parameters.is_empty() { "" } else { "," };
-            format!("{}{comma} causes {} of the gap", described(one), percent(one.closes))
-        }
+    let predicted = position(&diagnosis.gap.signals).map(|signal| prediction(signal, motion));
+    let lacks = if diagnosis.causes.iter().all(is_new) { "It lacked" } else { "The machine has" };
+    let what = match &diagnosis.causes[..] {
+        [] => format!("The gap is {}", times_noise(diagnosis.gap.before)),
+        [one] => format!("{lacks} {}: {} of the gap", described(one), percent(one.closes)),
         several => {
-            let parts: Vec<String> = several
-                .iter()
-                .map(|cause| format!("{} ({})", described(cause), percent(cause.closes)))
-                .collect();
-            format!("{}, together cause {} of the gap", parts.join(", and "), percent(diagnosis.gap.closed))
+            let part = |cause: &Cause| format!("{} ({})", described(cause), percent(cause.closes));
+            let parts: Vec<String> = several.iter().map(part).collect();
+            let closed = percent(diagnosis.gap.closed);
+            format!("{lacks} {}, together {closed} of the gap", parts.join(", and "))
         }
     };
-    if let (Some(signal), false) = (position(&diagnosis.gap.signals), diagnosis.causes.is_empty()) {
-        let them = if diagnosis.causes.len() == 1 { "it" } else { "them" };
-        text += &format!("; with {them} the {}", improvement(signal, motion));
-    }
-    capitalised(&(text + &remains(diagnosis, motion)))
+    let predicted = predicted.filter(|_| !diagnosis.causes.is_empty()).unwrap_or_default();
+    predicted + &what + "." + &remains(diagnosis, motion)
+}
+
+/// Whether the twin had nothing of a cause: no number of it is another one than stated.
+fn is_new(cause: &Cause) -> bool {
+    cause.parameters.values().all(|p| p.twin == 0.0 || !p.twin.is_finite())
 }
 
 /// What the causes leave open, as a sentence more.
@@ -108,15 +108,14 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
     }
 }
 
-/// "position error on unseen runs falls from 113 µm to 2.90 µm RMS."
-fn improvement(signal: &SignalGap, motion: Motion) -> String {
+/// "The twin predicts position on unseen runs within 2.90 µm RMS (113 µm before). "
+fn prediction(signal: &SignalGap, motion: Motion) -> String {
     let unit = Signal::from_key(&signal.signal).map_or("", |(signal, _)| signal.si_unit(motion));
-    let verb = if signal.rms_after < signal.rms_before { "falls" } else { "goes" };
     format!(
-        "{} error on unseen runs {verb} from {} to {} RMS.",
+        "The twin predicts {} on unseen runs within {} RMS ({} before). ",
         name(&signal.signal),
-        value(signal.rms_before, unit),
-        value(signal.rms_after, unit)
+        value(signal.rms_after, unit),
+        value(signal.rms_before, unit)
     )
 }
 

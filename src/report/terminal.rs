@@ -1,7 +1,7 @@
 //! The report on a terminal.
 
 use super::layout::{Ink, labelled, paragraph};
-use super::{changes, extent, follow_up, place, sentence, stretches, untested, which, withheld};
+use super::{changes, drive, extent, follow_up, place, sentence, stretches, untested, which, withheld};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::Diagnosis;
 use crate::units::Motion;
@@ -79,5 +79,7 @@ fn verdict(diagnosis: &Diagnosis, motion: Motion, style: Style) -> String {
         None => sentence::sentence(diagnosis, motion),
     };
     let text = paragraph(&words, style);
-    format!("\n{}\n{text}", style.ink(ink, word))
+    let beside = drive::on_the_drive(diagnosis, motion);
+    let beside = if beside.is_empty() { String::new() } else { format!("\n{}", paragraph(&beside, style)) };
+    format!("\n{}\n{text}{beside}", style.ink(ink, word))
 }

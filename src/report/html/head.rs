@@ -2,6 +2,7 @@
 
 use super::withheld::above;
 use crate::diagnose::{Diagnosis, Verdict};
+use crate::report::drive::on_the_drive;
 use crate::report::figure::escape;
 use crate::report::number::{percent, plain, probability};
 use crate::report::sentence;
@@ -40,6 +41,11 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
         Some(_) => rest(diagnosis),
         None => sentence(diagnosis, motion),
     };
+    let beside = on_the_drive(diagnosis, motion);
+    let beside = match beside.is_empty() {
+        true => beside,
+        false => format!("<p class=\"drive\">{}</p>\n", escape(&unbroken(&beside))),
+    };
     let facts: String = facts(diagnosis)
         .iter()
         .map(|(value, what)| {
@@ -51,7 +57,7 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
         })
         .collect();
     format!(
-        "<header>\n<p class=\"machine\">{}<span class=\"badge {}\">{}</span></p>\n{}<h1{}>{}</h1>\n{note}\
+        "<header>\n<p class=\"machine\">{}<span class=\"badge {}\">{}</span></p>\n{}<h1{}>{}</h1>\n{beside}{note}\
          <ul class=\"facts\">{facts}</ul>\n</header>\n",
         escape(&diagnosis.data.machine),
         class(diagnosis.verdict),
