@@ -3,6 +3,7 @@
 //! Outcomes that are part of a result (not excited, no gap, undecided) are values of that result;
 //! an [`Error`] is broken input or a file that cannot be read or written.
 
+pub(crate) mod guarded;
 mod plain;
 pub(crate) mod spelling;
 pub(crate) mod toml_text;

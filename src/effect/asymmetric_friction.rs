@@ -48,7 +48,7 @@ pub struct AsymmetricFriction {
 
 impl Law for AsymmetricFriction {
     const SITE: Site = Site::Guide;
-    const PHRASE: &'static str = "asymmetric friction (of the two directions)";
+    const PHRASE: &'static str = "asymmetric friction";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::same("coulomb_asymmetry", "1").within(-1.0, 1.0),
         Parameter::same("viscous_asymmetry", "1").within(-1.0, 1.0),

@@ -5,6 +5,7 @@ use std::path::Path;
 use matfile::{MatFile, NumericData};
 
 use super::loaded_table::{Content, LoadedTable};
+use crate::error::guarded::guarded;
 use crate::error::{Error, ErrorKind, Result};
 
 const MAT_5: &[u8] = b"MATLAB 5.0 MAT-file";
@@ -22,11 +23,11 @@ pub(super) fn is_array_file(bytes: &[u8]) -> bool {
 /// A file that is damaged, or that holds no vector.
 pub(super) fn read(path: &Path, bytes: Vec<u8>, sha256: String) -> Result<LoadedTable> {
     let (format, arrays) = if bytes.starts_with(MAT_5) {
-        ("MAT file, version 5 to 7", mat_5(&bytes)?)
+        ("MAT file, version 5 to 7", guarded("MAT file", || mat_5(&bytes))?)
     } else if bytes.starts_with(MAT_7_3) {
-        ("MAT file, version 7.3", hdf5(bytes, true)?)
+        ("MAT file, version 7.3", guarded("MAT file", || hdf5(bytes, true))?)
     } else {
-        ("HDF5", hdf5(bytes, false)?)
+        ("HDF5", guarded("HDF5 file", || hdf5(bytes, false))?)
     };
     let arrays: Vec<(String, Vec<f64>)> = arrays.into_iter().flat_map(vectors).collect();
     if arrays.is_empty() {

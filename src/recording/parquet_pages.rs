@@ -3,6 +3,15 @@
 use parquet::basic::Encoding;
 use parquet::column::page::{Page, PageMetadata, PageReader};
 use parquet::errors::{ParquetError, Result};
+use parquet::file::metadata::ColumnChunkMetaData;
+
+/// Whether the bytes that a column is said to have lie in a file of this length: the reader takes it for granted.
+pub(super) fn lies_inside(column: &ColumnChunkMetaData, file_bytes: u64) -> bool {
+    let start = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
+    let (start, length) = (u64::try_from(start).ok(), u64::try_from(column.compressed_size()).ok());
+    let end = start.zip(length).and_then(|(start, length)| start.checked_add(length));
+    end.is_some_and(|end| end <= file_bytes) && column.data_page_offset() >= 0 && column.num_values() >= 0
+}
 
 /// Pages of which none is by a dictionary before there is one, and none follows it as a second dictionary.
 pub(super) struct SoundPages {

@@ -15,11 +15,14 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use rayon::prelude::*;
 
-use super::parquet_pages::SoundPages;
+use super::parquet_pages::{SoundPages, lies_inside};
 use super::run::file_sha256;
 use super::table::{Columns, no_rows};
+use crate::error::guarded::guarded;
 use crate::error::{Error, ErrorKind, Result, plain};
 
+/// What is read here.
+const FORMAT: &str = "Parquet file";
 /// Samples of a column that are decoded at a time.
 const BATCH: usize = 1 << 16;
 /// Rows of a row group that is written, as other programs write them.
@@ -34,7 +37,7 @@ pub(super) struct ParquetTable {
 
 impl ParquetTable {
     pub(super) fn open(path: &Path) -> Result<Self> {
-        let reader = opened(path).map_err(|error| error.file(path))?;
+        let reader = guarded(FORMAT, || opened(path)).map_err(|error| error.file(path))?;
         let schema = reader.metadata().file_metadata().schema();
         let names = schema.get_fields().iter().map(|field| plain(field.name(), 200)).collect();
         Ok(Self { path: path.to_path_buf(), names })
@@ -68,7 +71,7 @@ impl ParquetTable {
 
     fn column(&self, place: usize) -> Result<Vec<f64>> {
         let name = self.names.get(place).map_or("", String::as_str);
-        self.values(place).map_err(|error| error.key(name))
+        guarded(FORMAT, || self.values(place)).map_err(|error| error.key(name))
     }
 
     /// The values of a column that is one of numbers.
@@ -82,9 +85,13 @@ impl ParquetTable {
         let leaf = columns.find(|leaf| about.schema_descr().get_column_root_idx(*leaf) == place);
         let leaf = leaf.ok_or_else(|| no_number("without values"))?;
         let mut column = Vec::new();
+        let length = std::fs::metadata(&self.path).map_err(|error| Error::io(&self.path, &error))?.len();
         for group in 0..reader.num_row_groups() {
             let group = reader.get_row_group(group).map_err(|error| unreadable(&error))?;
             let rows = usize::try_from(group.metadata().num_rows()).unwrap_or(0);
+            if !lies_inside(group.metadata().column(leaf), length) {
+                return Err(unreadable(&"a column whose pages lie outside the file"));
+            }
             let pages = group.get_column_page_reader(leaf).map_err(|error| unreadable(&error))?;
             let stored =
                 get_column_reader(about.schema_descr().column(leaf), Box::new(SoundPages::of(pages)));

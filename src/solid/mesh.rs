@@ -9,6 +9,7 @@ use nalgebra::{Point3, Vector3};
 
 use super::obj;
 use crate::confine;
+use crate::error::guarded::guarded;
 use crate::error::{Error, ErrorKind, Result};
 
 /// Largest extent of a machine part, in m; a mesh beyond it was most likely drawn in mm.
@@ -50,8 +51,8 @@ impl Mesh {
         confine::check_regular(path, MOST_BYTES)?;
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("").to_ascii_lowercase();
         let mesh = match extension.as_str() {
-            "obj" => read_obj(path)?,
-            "stl" => read_stl(path)?.welded(),
+            "obj" => guarded("OBJ file", || read_obj(path)).map_err(|error| error.file(path))?,
+            "stl" => guarded("STL file", || read_stl(path)).map_err(|error| error.file(path))?.welded(),
             other => {
                 return Err(Error::new(ErrorKind::Syntax)
                     .file(path)
