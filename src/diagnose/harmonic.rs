@@ -26,9 +26,9 @@ pub struct Harmonic {
 /// Makes causes that are harmonics of another one of their group part of that one, and returns their effects.
 ///
 /// # Model
-/// A further pitch p′ is the n-th harmonic of the pitch p where p/p′ is a whole number n within its 95 % interval or within
-/// [`WHOLE`], 3 ≤ n ≤ 12. The force of magnets and slots has all harmonics of its pitch; that another source has a pitch in
-/// such a ratio is a coincidence.
+/// A further pitch p′ is the n-th harmonic of the pitch p where p/p′ is a whole number n, 3 ≤ n ≤ 12, within its 95 % interval (taken
+/// as at least 0.01 and at most 0.05). The force of magnets and slots has all harmonics of its pitch; that another source has a
+/// pitch in such a ratio is a coincidence.
 pub fn fold(causes: &mut Vec<Cause>) -> Vec<String> {
     let mut folded = Vec::new();
     while let Some((part, whole, order)) = harmonic(causes) {
