@@ -43,7 +43,9 @@ fn setting(effect: EffectId) -> &'static str {
         E::IntegralGain => "set the integral time to the stated value",
         E::VelocityFeedforward => "set the velocity feed-forward to the stated value",
         E::VelocityFilter => "set the filter of the actual velocity to the stated time constant",
-        E::LoopDelay => "shorten the cycle or the bus, else lower the gains: no setting takes a delay away",
+        E::LoopDelay => {
+            "a shorter cycle or faster bus, else lower gains, since no setting takes a delay away"
+        }
         E::VoltageSaturation => {
             "lower the acceleration or raise the supply, and let the integrator stop at the limit"
         }
@@ -54,33 +56,33 @@ fn setting(effect: EffectId) -> &'static str {
             "identify the motor again and tune the current controller"
         }
         E::BackEmf | E::ForceConstant => {
-            "enter the motor constant again; feed-forward and limits scale with it"
+            "enter the motor constant again, since feed-forward and limits scale with it"
         }
         E::ForceRipple | E::SecondForceRipple | E::Cogging | E::SecondCogging | E::ThirdCogging => {
-            "cogging compensation: a force table over position, with the pitch below"
+            "cogging compensation, a force table over position with the pitch below"
         }
         E::ViscousFriction => "velocity feed-forward of the force, with the coefficient below",
         E::CoulombFriction | E::AsymmetricFriction | E::StribeckFriction => {
-            "friction compensation: feed the force below forward with the sign of the commanded velocity"
+            "friction compensation, the force below fed forward with the sign of the commanded velocity"
         }
         E::Presliding => {
             "let the friction compensation rise over the breakaway distance and not jump at reversal"
         }
         E::LoadDependentFriction => "friction compensation in proportion to the load",
-        E::LocalFriction => "nothing: look at the guide at the place below",
+        E::LocalFriction => "nothing, but look at the guide at the place below",
         E::FrictionDrift => {
-            "nothing fixed: warm the axis up, or set the friction compensation anew when warm"
+            "nothing fixed, but warm the axis up, or set the friction compensation anew when warm"
         }
         E::ConstantForce | E::CableSpring => "force offset (weight compensation), over position for a spring",
-        E::ExternalVibration => "nothing: find the source of the frequency below, or isolate the axis",
+        E::ExternalVibration => "nothing, but find the source of the frequency below, or isolate the axis",
         E::Payload => {
-            "enter the moving mass or inertia again: acceleration feed-forward and gains scale with it"
+            "enter the moving mass or inertia again, since acceleration feed-forward and gains scale with it"
         }
         E::BaseModeShift | E::FlexibleMode => {
             "notch filter at the frequency below, or a jerk limit of the reference"
         }
         E::Backlash => "backlash compensation at reversal, or close the position loop on the load",
-        E::ScrewError => "lead-screw error compensation: a position table, with the pitch below",
+        E::ScrewError => "lead-screw error compensation, a position table with the pitch below",
         E::SensorScale => "set the scaling of the logged signal",
         E::EncoderScale => "set the scale of the encoder",
         E::EncoderPeriodicError => "adjust offset, gain and phase of the encoder's signals",

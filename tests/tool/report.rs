@@ -385,8 +385,8 @@ fn exact_one_cause_is_told_with_numbers_and_units() {
         &[
             "CAUSE FOUND The twin predicts position on unseen runs within 2.90 µm RMS (113 µm before). It lacked Coulomb \
              friction on the guide, 15.0 ± 0.3 N: 94 % of the gap.",
-            "Following error of the machine on these runs: 226 µm RMS, 900 µm at most. On the drive: friction compensation: \
-             feed the force below forward with the sign of the commanded velocity.",
+            "Following error of the machine on these runs: 226 µm RMS, 900 µm at most. On the drive: friction compensation, the \
+             force below fed forward with the sign of the commanded velocity.",
             "data simulated, not measured; hidden: effect.coulomb_friction.force_n = 15",
             "training a, b (2)",
             "held out c (1)",
