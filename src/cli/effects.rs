@@ -47,10 +47,13 @@ impl Effects {
             None => write!(screen.out, "{}", effect_list(style()))?,
             Some(named) => {
                 // A further pitch is in the group of the first one, which has a sheet of its own.
-                let own = EffectId::ALL.iter().find(|effect| effect.name() == named.0);
+                let own = EffectId::named(&named.0);
                 let group = EffectId::ALL.iter().filter(|effect| own.is_none() && named.holds(**effect));
-                let sheets: Vec<String> =
-                    own.into_iter().chain(group).map(|effect| effect_sheet(*effect, style())).collect();
+                let sheets: Vec<String> = own
+                    .into_iter()
+                    .chain(group.copied())
+                    .map(|effect| effect_sheet(effect, style()))
+                    .collect();
                 write!(screen.out, "{}", sheets.join("\n"))?;
             }
         }

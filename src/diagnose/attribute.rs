@@ -44,7 +44,7 @@ fn holds(segment: &str, site: Site) -> bool {
 
 /// The segment in which a cause acts; none where it acts beside the path, or before the first signal that is known.
 fn segment_of(cause: &Cause, segments: &[Share]) -> Option<usize> {
-    let effect = EffectId::ALL.iter().find(|effect| effect.name() == cause.effect)?;
+    let effect = EffectId::named(&cause.effect)?;
     let of = |site| segments.iter().enumerate().filter(move |(_, s)| holds(&s.name, site)).map(|(k, _)| k);
     match effect.stretch() {
         Stretch::Controller | Stretch::VelocityEstimate | Stretch::Rounding => of(Site::Controller).next(),

@@ -171,8 +171,7 @@ impl Found {
     /// does not show. It is the explanation without that effect, once more.
     fn has_noise_line(&self, index: usize) -> bool {
         let fit = &self.candidates[index].fit;
-        let is_searched = |name: &str| name.starts_with("period_") || name == "frequency_hz";
-        fit.hypothesis.free.iter().any(|free| is_searched(free.name) && !fit.shown.contains(&free.effect))
+        fit.hypothesis.free.iter().any(|free| free.is_line() && !fit.shown.contains(&free.effect))
     }
 
     fn shows(&self, index: usize) -> bool {

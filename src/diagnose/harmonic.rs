@@ -11,6 +11,8 @@ const FIRST_ORDER: f64 = 3.0;
 const LAST_ORDER: f64 = 12.0;
 /// A ratio so near to a whole number is one: unrelated pitches come as near once in fifty times, harmonics are the rule.
 const WHOLE: f64 = 0.01;
+/// An interval that is wider holds a whole number by chance more often than once in ten times.
+const WIDEST: f64 = 0.05;
 
 /// A harmonic that the law with the pitch does not have: it is in the machine as a further pitch.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -67,7 +69,7 @@ fn order(whole: &Parameter, part: &Parameter) -> Option<u32> {
     let ratio = whole.value / part.value;
     let half = ratio * share(whole).hypot(share(part));
     let order = ratio.round();
-    let is_whole = (ratio - order).abs() <= half.clamp(WHOLE, 5.0 * WHOLE);
+    let is_whole = (ratio - order).abs() <= half.clamp(WHOLE, WIDEST);
     ((FIRST_ORDER..=LAST_ORDER).contains(&order) && is_whole).then_some(order as u32)
 }
 

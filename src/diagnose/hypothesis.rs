@@ -43,6 +43,13 @@ pub struct Free {
     pub held: bool,
 }
 
+impl Free {
+    /// Whether it is a period or a frequency: searched among many, and nothing by itself.
+    pub fn is_line(&self) -> bool {
+        self.name.starts_with("period_") || self.name == "frequency_hz"
+    }
+}
+
 /// A hypothesis on a machine.
 #[derive(Debug, Clone)]
 pub struct Hypothesis {

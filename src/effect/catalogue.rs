@@ -45,6 +45,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::FOLLOWS,)+ }
             }
 
+            /// The effect with this id; none where the catalogue has none.
+            pub fn named(name: &str) -> Option<Self> {
+                Self::ALL.iter().copied().find(|effect| effect.name() == name)
+            }
+
             /// Whether one of the effects that a feature modifies is there, or the effect is no feature (heredity).
             pub fn has_modified(self, is_there: impl Fn(EffectId) -> bool) -> bool {
                 self.modifies().is_empty() || self.modifies().iter().any(|of| is_there(*of))

@@ -30,7 +30,7 @@ pub(crate) fn guarded<T>(format: &str, read: impl FnOnce() -> Result<T>) -> Resu
     READS.set(outer);
     read.unwrap_or_else(|_| {
         Err(Error::new(ErrorKind::Syntax)
-            .found("what its reader stumbles over")
+            .found("data that its reader cannot handle")
             .expected(format!("a sound {format}"))
             .remedy("the file is damaged: export or copy it again"))
     })

@@ -72,7 +72,7 @@ fn check_motor(table: &toml::Table) -> Result<()> {
 }
 
 fn check_effect(name: &str, stated: &toml::Value) -> Result<()> {
-    let effect = EffectId::ALL.iter().find(|effect| effect.name() == name);
+    let effect = EffectId::named(name);
     let (Some(effect), Some(stated)) = (effect, stated.as_table()) else { return Ok(()) };
     let alone: toml::Table = [(name.to_owned(), stated.clone().into())].into_iter().collect();
     let read = alone.try_into::<Effects>();

@@ -8,7 +8,8 @@ use std::collections::BTreeMap;
 use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
-/// Limit of one record's length, where the file is smaller.
+/// Limit of one record's length where the file is smaller: a chunk unpacks to more than the file has, and recorders keep chunks far
+/// below this.
 const RECORD_LIMIT: usize = 64 << 20;
 
 /// A message with what its channel says of it.

@@ -49,29 +49,31 @@ pub(super) fn is_trace(text: &[u8]) -> bool {
 /// # Errors
 /// With its line: what is no XML, a value that is no number, a second data frame; a trace without signals or records.
 pub(super) fn read(path: &Path, text: &[u8], sha256: String) -> Result<LoadedTable> {
-    let text = String::from_utf8_lossy(text);
+    let series = parse(&String::from_utf8_lossy(text))?.series()?;
+    Ok(LoadedTable::new(path, FORMAT, Content::Channels(series), Vec::new(), sha256))
+}
+
+fn parse(text: &str) -> Result<Trace> {
     let mut trace = Trace::default();
-    let mut reader = Reader::from_str(&text);
+    let mut reader = Reader::from_str(text);
     let mut open = 0_usize;
     loop {
         let at = usize::try_from(reader.buffer_position()).unwrap_or(0);
-        let refuse = |found: String| malformed(found).row(line_of(&text, at));
+        let refuse = |found: String| malformed(found).row(line_of(text, at));
         match reader.read_event().map_err(|error| refuse(format!("what is no XML ({error})")))? {
             Event::Eof if open > 0 => return Err(refuse("a file that is cut off".to_owned())),
-            Event::Eof => break,
+            Event::Eof => return Ok(trace),
             Event::Start(element) => {
                 open += 1;
-                trace.element(&element).map_err(|error| error.row(line_of(&text, at)))?;
+                trace.element(&element).map_err(|error| error.row(line_of(text, at)))?;
             }
             Event::Empty(element) => {
-                trace.element(&element).map_err(|error| error.row(line_of(&text, at)))?;
+                trace.element(&element).map_err(|error| error.row(line_of(text, at)))?;
             }
             Event::End(_) => open = open.saturating_sub(1),
             _ => {}
         }
     }
-    let series = trace.series()?;
-    Ok(LoadedTable::new(path, FORMAT, Content::Channels(series), Vec::new(), sha256))
 }
 
 /// A signal of the list.
@@ -237,15 +239,7 @@ mod tests {
         let text = format!(
             "<?xml version=\"1.0\"?><traceSession version=\"3\"><traceData><dataFrame>{body}</dataFrame></traceData></traceSession>"
         );
-        let mut trace = Trace::default();
-        let mut reader = Reader::from_str(&text);
-        loop {
-            match reader.read_event().unwrap() {
-                Event::Eof => return trace.series(),
-                Event::Empty(element) => trace.element(&element)?,
-                _ => {}
-            }
-        }
+        parse(&text)?.series()
     }
 
     #[test]

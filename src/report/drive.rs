@@ -19,9 +19,8 @@ pub(super) fn on_the_drive(diagnosis: &Diagnosis, motion: Motion) -> String {
     }
     let is_found = diagnosis.verdict == Verdict::Cause || diagnosis.is_found_in_part();
     if is_found && diagnosis.reference.is_none() {
-        let of = |name: &str| EffectId::ALL.iter().find(|effect| effect.name() == name).copied();
         let mut settings: Vec<String> = Vec::new();
-        for effect in diagnosis.causes.iter().filter_map(|cause| of(&cause.effect)) {
+        for effect in diagnosis.causes.iter().filter_map(|cause| EffectId::named(&cause.effect)) {
             let setting = setting(effect).to_owned();
             if !settings.contains(&setting) {
                 settings.push(setting);

@@ -220,16 +220,15 @@ pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
 }
 
 /// The causes as tables of a machine file.
-pub(super) fn snippet(diagnosis: &Diagnosis) -> String {
+pub(super) fn snippet<'d>(diagnosis: &'d Diagnosis) -> String {
     let mut out = String::new();
-    let tables = |cause: &Cause| {
-        let harmonics =
-            cause.harmonics.iter().map(|harmonic| (harmonic.effect.clone(), harmonic.parameters.clone()));
-        std::iter::once((cause.effect.clone(), cause.parameters.clone())).chain(harmonics).collect::<Vec<_>>()
+    let tables = |cause: &'d Cause| {
+        let harmonics = cause.harmonics.iter().map(|harmonic| (&harmonic.effect, &harmonic.parameters));
+        std::iter::once((&cause.effect, &cause.parameters)).chain(harmonics)
     };
     for (effect, parameters) in diagnosis.causes.iter().flat_map(tables) {
         out += &format!("[effect.{effect}]\n");
-        for (name, parameter) in &parameters {
+        for (name, parameter) in parameters {
             let line = format!("{name} = {}", toml_number(parameter));
             out += &format!("{line:<28}  # 95 %: {}\n", interval(parameter));
         }

@@ -40,7 +40,7 @@ pub fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
 
 /// The effect in a phrase, or its id where the catalogue does not know it.
 pub(super) fn phrase(effect: &str) -> String {
-    let known = EffectId::ALL.iter().find(|id| id.name() == effect);
+    let known = EffectId::named(effect);
     known.map_or_else(|| effect.replace('_', " "), |id| id.phrase().to_owned())
 }
 
@@ -88,9 +88,10 @@ fn cause(diagnosis: &Diagnosis, motion: Motion) -> String {
     predicted + &what + "." + &remains(diagnosis, motion)
 }
 
-/// Whether the twin had nothing of a cause: no number of it is another one than stated.
+/// Whether the twin had nothing of a cause: it is no other value of what the machine file states.
 fn is_new(cause: &Cause) -> bool {
-    cause.parameters.values().all(|p| p.twin == 0.0 || !p.twin.is_finite())
+    let has_nothing = cause.parameters.values().all(|p| p.twin == 0.0 || !p.twin.is_finite());
+    has_nothing && !phrase(&cause.effect).contains("stated")
 }
 
 /// What the causes leave open, as a sentence more.

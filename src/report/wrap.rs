@@ -27,9 +27,14 @@ pub(super) fn fill(
     lines
 }
 
+/// Whether a word behind a line stays within so many columns.
+fn within(width: usize) -> impl Fn(&str, &str) -> bool {
+    move |line, word| columns(line) + 1 + columns(word) <= width
+}
+
 /// Words in lines of at most `width` columns, or of one word.
 pub(super) fn lines_of_words(text: &str, width: usize) -> Vec<String> {
-    fill(text.split_whitespace(), |line, word| columns(line) + 1 + columns(word) <= width)
+    fill(text.split_whitespace(), within(width))
 }
 
 /// Words in lines of at most `width` columns; a word that is longer stands alone and is cut into pieces.
@@ -39,7 +44,7 @@ pub fn wrap(text: &str, width: usize) -> Vec<String> {
         let letters: Vec<char> = word.chars().collect();
         letters.chunks(width).map(|piece| piece.iter().collect::<String>()).collect::<Vec<_>>()
     });
-    fill(pieces, |line, word| columns(line) + 1 + columns(word) <= width)
+    fill(pieces, within(width))
 }
 
 #[cfg(test)]

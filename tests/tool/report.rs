@@ -682,6 +682,16 @@ fn exact_what_makes_a_verdict_doubtful_stands_above_it() {
     }
 }
 
+/// A moving mass is stated, if not as an effect: the machine has another one, and the twin lacked nothing.
+#[test]
+fn exact_another_value_of_what_is_stated_is_nothing_that_the_twin_lacked() {
+    let mut d = diagnosis();
+    d.causes = vec![cause("payload", "structure", 0.94, &[("mass_kg", parameter(1.5, 0.1, "kg", 0.0))])];
+    let reports = reports(&d, Motion::Prismatic);
+    holds(&reports, &["The machine has a moving mass off its stated value"]);
+    lacks(&reports, &["It lacked"]);
+}
+
 #[test]
 fn exact_a_turning_axis_is_told_in_its_units() {
     let mut d = diagnosis();

@@ -86,9 +86,8 @@ pub(super) fn sentence(next: &NextExperiment) -> String {
 
 /// An explanation in words.
 fn explanation(effects: &[String]) -> String {
-    let phrase = |name: &String| {
-        EffectId::ALL.iter().find(|e| e.name() == name).map_or(name.clone(), |e| e.phrase().to_owned())
-    };
+    let phrase =
+        |name: &String| EffectId::named(name).map_or(name.clone(), |effect| effect.phrase().to_owned());
     match effects {
         [] => "the twin as it is".to_owned(),
         some => some.iter().map(phrase).collect::<Vec<_>>().join(" with "),
