@@ -29,18 +29,11 @@ pub struct Fit {
     pub shown: EffectSet,
 }
 
-/// A tolerance is so many standard deviations of what a stated constant is usually off by.
-const TOLERANCE_SIGMAS: f64 = 2.0;
-
 impl Fit {
     /// What the calibration strains belief: half the sum of squares of its deviations in standard deviations, with the
     /// tolerance as two of them.
     pub fn strain(&self) -> f64 {
-        let calibrated = self.hypothesis.free.iter().zip(&self.values);
-        let deviations = calibrated
-            .filter(|(free, _)| free.freedom == Freedom::Calibration)
-            .map(|(free, value)| TOLERANCE_SIGMAS * (value - free.neutral) / free.scale);
-        0.5 * deviations.map(|d| d * d).sum::<f64>()
+        self.hypothesis.strain(&self.values)
     }
 
     /// Standard error, to first order, of a quantity with this gradient with respect to some of the values.

@@ -43,7 +43,18 @@ pub struct Free {
     pub held: bool,
 }
 
+/// A tolerance is so many standard deviations of what a stated constant is usually off by, in fits and where they are judged.
+pub(super) const TOLERANCE_SIGMAS: f64 = 2.0;
+
 impl Free {
+    /// How many standard deviations a calibrated constant is off; zero for a number of a cause, which may have no neutral value at all.
+    pub fn deviation(&self, value: f64) -> f64 {
+        match self.freedom {
+            Freedom::Calibration => TOLERANCE_SIGMAS * (value - self.neutral) / self.scale,
+            Freedom::Cause => 0.0,
+        }
+    }
+
     /// Whether it is a period or a frequency: searched among many, and nothing by itself.
     pub fn is_line(&self) -> bool {
         self.name.starts_with("period_") || self.name == "frequency_hz"
@@ -101,6 +112,11 @@ impl Hypothesis {
             free.push(calibration);
         }
         Some(Self { effects: effects.clone(), free, starts })
+    }
+
+    /// Negative logarithm of the calibration's prior: half the sum of the squares of its deviations in standard deviations.
+    pub fn strain(&self, values: &[f64]) -> f64 {
+        0.5 * self.free.iter().zip(values).map(|(free, value)| free.deviation(*value).powi(2)).sum::<f64>()
     }
 
     /// How many numbers its effects have.
@@ -254,5 +270,19 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
             None => {}
         }
     }
+    list.extend(forms(machine, effects));
     list
+}
+
+/// The numbers of form of what is hypothesised or stated.
+fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
+    let acts = |effect: &EffectId| effects.contains(effect) || machine.description().effect.contains(*effect);
+    let acting = EffectId::ALL.iter().copied().filter(acts);
+    acting.flat_map(|effect| effect.form().iter().map(move |form| (effect, form))).map(|(effect, form)| {
+        let (name, unit) = (form.parameter.key(machine.motion()), form.parameter.unit(machine.motion()));
+        let (path, scale) = (path(effect, name), form.tolerance);
+        let neutral = machine.number(&path).unwrap_or(0.0);
+        let (freedom, range) = (Freedom::Calibration, (neutral - scale, neutral + scale));
+        Free { effect, name, unit, path, freedom, neutral, range, scale, held: false }
+    })
 }

@@ -2,7 +2,7 @@
 
 use super::experiment::Experiment;
 use super::fit::{Care, Sensitivities};
-use super::hypothesis::{Freedom, Hypothesis};
+use super::hypothesis::{Freedom, Hypothesis, TOLERANCE_SIGMAS};
 use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -132,15 +132,13 @@ impl<'a> Objective<'a> {
         Ok(jacobian)
     }
 
-    /// Pull of calibration towards its stated values: (diagonal of the normal matrix, gradient), scaled.
+    /// Pull of calibration towards its stated values: (diagonal of the normal matrix, gradient), scaled. Both are halves of the derivatives
+    /// of the sum of squared deviations.
     pub(super) fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
         let free = &self.hypothesis.free;
-        let is_calibration = |k: usize| free[k].freedom == Freedom::Calibration;
-        let weigh = |k: usize| if is_calibration(k) { 1.0 } else { 0.0 };
-        // Numbers of a cause may have no neutral value at all.
-        let pull =
-            |k: usize| if is_calibration(k) { (values[k] - free[k].neutral) / free[k].scale } else { 0.0 };
-        (DVector::from_fn(free.len(), |k, _| weigh(k)), DVector::from_fn(free.len(), |k, _| pull(k)))
+        let rate = |k: usize| if free[k].freedom == Freedom::Calibration { TOLERANCE_SIGMAS } else { 0.0 };
+        let weight = DVector::from_fn(free.len(), |k, _| rate(k).powi(2));
+        (weight, DVector::from_fn(free.len(), |k, _| rate(k) * free[k].deviation(values[k])))
     }
 
     /// Normal matrix and gradient of the weighted sum of squares.
@@ -162,7 +160,7 @@ impl<'a> Objective<'a> {
 
     pub(super) fn cost(&self, residuals: &DVector<f64>, weights: &DVector<f64>, values: &[f64]) -> f64 {
         let squares: f64 = residuals.iter().zip(weights).map(|(r, w)| w * r * r).sum();
-        squares + self.prior(values).1.norm_squared()
+        squares + 2.0 * self.hypothesis.strain(values)
     }
 
     /// Weights of the squared normalised residuals.

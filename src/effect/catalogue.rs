@@ -35,6 +35,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::FURTHER,)+ }
             }
 
+            /// See [`Law::FORM`].
+            pub fn form(self) -> &'static [FormNumber] {
+                match self { $(Self::$law => <$law as Law>::FORM,)+ }
+            }
+
             /// See [`Law::MODIFIES`].
             pub fn modifies(self) -> &'static [EffectId] {
                 match self { $(Self::$law => <$law as Law>::MODIFIES,)+ }
@@ -139,7 +144,7 @@ macro_rules! catalogue {
         $(const _: () = assert!(
             <$law as Law>::EXAMPLE.len() == <$law as Law>::PARAMETERS.len()
                 && <$law as Law>::SYMBOLS.len()
-                    == <$law as Law>::PARAMETERS.len() + <$law as Law>::FURTHER.len(),
+                    == <$law as Law>::PARAMETERS.len() + <$law as Law>::FURTHER.len() + <$law as Law>::FORM.len(),
             "an example has a value for each parameter, and an equation a symbol for each number"
         );)+
 

@@ -157,6 +157,15 @@ impl Parameter {
     }
 }
 
+/// A number of a law's form that machine files rarely state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FormNumber {
+    /// The number.
+    pub parameter: Parameter,
+    /// How far it may be off what the file states, or off zero: inside that it is calibration, and it is never a cause.
+    pub tolerance: f64,
+}
+
 /// A nominal parameter of a machine with a tolerance of its own: inside it a deviation is calibration, beyond it a cause.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Nominal {
@@ -201,6 +210,8 @@ pub trait Law: Sized {
     /// Numbers that a fit chooses beside the parameters where the recording tells them; elsewhere they stay as the machine file
     /// states them. Zero leaves the twin as it is.
     const FURTHER: &'static [Parameter] = &[];
+    /// Numbers of its form: calibrated beside every hypothesis that has the effect, found or stated. Zero is the usual form.
+    const FORM: &'static [FormNumber] = &[];
     /// What it is, in a phrase that fits into "It lacked …".
     const PHRASE: &'static str;
     /// Of a feature: the effects of which it modifies one or several. Without any of them it does nothing, and is
@@ -271,7 +282,8 @@ pub trait Law: Sized {
     /// Its equation as its documentation has it, one line a case.
     const EQUATION: &'static str;
 
-    /// The symbols of its parameters in that equation, then those of [`FURTHER`](Law::FURTHER).
+    /// The symbols of its parameters in that equation, then those of [`FURTHER`](Law::FURTHER) and
+    /// [`FORM`](Law::FORM).
     const SYMBOLS: &'static [&'static str];
 
     /// Where the equation is from.

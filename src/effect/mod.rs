@@ -87,7 +87,7 @@ pub use force_constant::ForceConstant;
 pub use force_ripple::ForceRipple;
 pub use friction_drift::FrictionDrift;
 pub use further_pitch::{SecondCogging, SecondForceRipple, ThirdCogging};
-pub use law::{Door, Law, Nominal, Parameter, Site};
+pub use law::{Door, FormNumber, Law, Nominal, Parameter, Site};
 pub use likeness::{Degree, Likeness, Rule};
 pub use load_dependent_friction::LoadDependentFriction;
 pub use local_friction::LocalFriction;

@@ -1,9 +1,9 @@
 //! Presliding friction: bristles that deflect before they slide.
 
-use super::law::{negative, not_positive};
+use super::law::{infinite, negative, not_positive};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, FormNumber, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::Bristle;
 use serde::{Deserialize, Serialize};
 
@@ -12,6 +12,9 @@ use serde::{Deserialize, Serialize};
 /// # Model
 /// LuGre's bristles, see [`Bristle`]: `df/dx = −σ₀·(1 + sgn(v)·f/g)` with the level g of the other dry friction, and the
 /// damping `(σ₁(v)/σ₀)·df/dt`. Dry friction by itself is its limit for σ₀ → ∞. The bristles start undeflected.
+///
+/// The damping fades with speed, `σ₁(v) = σ₁·exp(−(v/v_d)²)`, `v_d = e^(−λ)·g/σ₁` (Olsson 1996). Which v_d a guide has is hardly ever
+/// known, and published values differ by more than ten: λ is free within ±ln 4 beside whatever has the bristles, never a cause.
 ///
 /// # Validity
 /// Motions after which the axis has travelled many times g/σ₀ look as without it. Without dry friction it does nothing.
@@ -23,7 +26,8 @@ use serde::{Deserialize, Serialize};
 /// de Wit (1994), on breakaway distances; Canudas de Wit, Olsson, Åström, Lischinsky (1995), on the damping.
 ///
 /// # Source
-/// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*.
+/// Canudas de Wit, Olsson, Åström, Lischinsky (1995), *A new model for control of systems with friction*; damping that fades with
+/// speed: Olsson (1996), *Control systems with friction*.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Presliding {
@@ -33,7 +37,17 @@ pub struct Presliding {
     /// σ₁ in N·s/m, or N·m·s/rad; not negative.
     #[serde(default, alias = "damping_nm_s_per_rad")]
     pub damping_n_s_per_m: f64,
+    /// λ, dimensionless.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub damping_fading: f64,
 }
+
+fn is_zero(number: &f64) -> bool {
+    *number == 0.0
+}
+
+/// λ at which the damping fades four times sooner or later: the tolerance.
+const FOURFOLD: f64 = 2.0 * std::f64::consts::LN_2;
 
 impl Law for Presliding {
     const SITE: Site = Site::Guide;
@@ -42,21 +56,27 @@ impl Law for Presliding {
         Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad").positive(),
         Parameter::viscous("damping_n_s_per_m", "damping_nm_s_per_rad").not_negative(),
     ];
+    const FORM: &'static [FormNumber] =
+        &[FormNumber { parameter: Parameter::same("damping_fading", ""), tolerance: FOURFOLD }];
     const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
 
     fn fault(&self) -> Option<String> {
         not_positive("stiffness_n_per_m", self.stiffness_n_per_m)
             .or_else(|| negative("damping_n_s_per_m", self.damping_n_s_per_m))
+            .or_else(|| infinite("damping_fading", self.damping_fading))
     }
 
     fn alter(&self, constants: &mut Constants) {
-        constants.friction.bristle =
-            Some(Bristle { stiffness: self.stiffness_n_per_m, damping: self.damping_n_s_per_m });
+        constants.friction.bristle = Some(Bristle {
+            stiffness: self.stiffness_n_per_m,
+            damping: self.damping_n_s_per_m,
+            fading: self.damping_fading.exp(),
+        });
     }
 
     fn neutral(constants: &Constants) -> Vec<f64> {
         match constants.friction.bristle {
-            Some(Bristle { stiffness, damping }) => vec![stiffness, damping],
+            Some(Bristle { stiffness, damping, .. }) => vec![stiffness, damping],
             None => vec![f64::INFINITY, 0.0],
         }
     }
@@ -67,9 +87,9 @@ impl Law for Presliding {
         None
     }
 
-    const EQUATION: &'static str = "df/dx = −σ₀·(1 + sgn(v)·f/g)\ndamping (σ₁(v)/σ₀)·df/dt";
-    const SYMBOLS: &'static [&'static str] = &["σ₀", "σ₁"];
-    const SOURCE: &'static str = "Canudas de Wit, Olsson, Åström, Lischinsky (1995)";
+    const EQUATION: &'static str = "df/dx = −σ₀·(1 + sgn(v)·f/g)\ndamping (σ₁(v)/σ₀)·df/dt, σ₁(v) = σ₁·exp(−(v/v_d)²), v_d = e^(−λ)·g/σ₁";
+    const SYMBOLS: &'static [&'static str] = &["σ₀", "σ₁", "λ"];
+    const SOURCE: &'static str = "Canudas de Wit, Olsson, Åström, Lischinsky (1995); Olsson (1996)";
     const SHOWN_BY: &'static str = "Force over the first micrometres after a reversal or a start: small moves, and settling after a stop.";
     const EXAMPLE: &'static [f64] = &[5e5, 600.0];
     const CONFUSABLE: &'static [Likeness] = &[];

@@ -71,7 +71,9 @@ fn words(likeness: &Likeness) -> String {
 
 /// Symbol, key, unit and allowed values, for either kind of axis where they differ.
 fn keys(effect: EffectId) -> String {
-    let numbers = effect.symbols().iter().zip(effect.parameters().iter().chain(effect.further()));
+    let numbers = effect.parameters().iter().chain(effect.further());
+    let numbers = numbers.chain(effect.form().iter().map(|form| &form.parameter));
+    let numbers = effect.symbols().iter().zip(numbers);
     let rows: Vec<[String; 4]> = numbers.flat_map(|(symbol, parameter)| rows(symbol, parameter)).collect();
     let width = |column: usize| rows.iter().map(|row| columns(&row[column])).max().unwrap_or_default();
     let (sign, key, unit) = (width(0), width(1), width(2));

@@ -1,16 +1,17 @@
 //! The friction of forged machines: bristles whose force depends on speed, direction and load.
 
 use crate::guide::Coast;
+use serde::{Deserialize, Serialize};
 
 /// Friction that forged machines have on their guide, as the level that the bristles slide at.
 ///
 /// # Model
 /// LuGre, without its viscous term (drag is the guide's own):
 /// ```text
-///   ż = v − σ₀·|v|/g(v)·z        F = −(σ₀·z + σ₁·exp(−(v/v_d)²)·ż)
+///   ż = v − σ₀·|v|/g(v)·z        F = −(σ₀·z + σ₁·exp(−(|v|/v_d)^p)·ż)
 /// ```
 /// with `g` the sliding level in the direction of v, `σ₀ = g₀/δ` the stiffness that makes the bristles slide after a
-/// deflection δ, and σ₁ a damping ratio times `2·√(σ₀·m)`, which fades above `v_d = ½·g/σ₁`: a constant σ₁ would brake
+/// deflection δ, and σ₁ a damping ratio times `2·√(σ₀·m)`, which fades above `v_d = s·g/σ₁`: a constant σ₁ would brake
 /// many times harder than the level just after a reversal. Over a step, v is the mean of the velocities at its ends, for which the
 /// deflection has a closed form: with `a = h·σ₀·|v|/g` and `z∞ = ±g/σ₀` it is `z₁ = z∞ + (z₀ − z∞)·e^(−a)` at the end and
 /// `z∞ + (z₀ − z∞)·(1 − e^(−a))/a` on average. The force is that of the average: the error falls with the square of the step. The velocity at the
@@ -29,10 +30,24 @@ pub struct ForgedBristle {
     pub stiffness: f64,
     /// σ₁ in N·s/m or N·m·s/rad.
     pub damping: f64,
+    /// How the damping fades.
+    pub fading: Fading,
 }
 
-/// Bristle damping fades at the velocity where it would make this share of the sliding level.
-const FADING: f64 = 0.5;
+/// How the damping of bristles fades with speed.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Fading {
+    /// s: it fades at the velocity where it would make this share of the sliding level.
+    pub share: f64,
+    /// p: how steeply.
+    pub power: f64,
+}
+
+impl Default for Fading {
+    fn default() -> Self {
+        Self { share: 0.5, power: 2.0 }
+    }
+}
 /// Below this decay over a step the deflection changes evenly to nine digits, and its average in closed form would be a difference of
 /// rounding errors.
 const SMALL: f64 = 1e-4;
@@ -46,8 +61,8 @@ impl ForgedBristle {
     ///
     /// ```
     /// use slideway::guide::Coast;
-    /// use slideway::trial::bristle::ForgedBristle;
-    /// let bristle = ForgedBristle { stiffness: 1e8, damping: 0.0 };
+    /// use slideway::trial::bristle::{Fading, ForgedBristle};
+    /// let bristle = ForgedBristle { stiffness: 1e8, damping: 0.0, fading: Fading::default() };
     /// // Sliding steadily, the force is the level, against the motion.
     /// let (mut force, mut deflection) = (0.0, 0.0);
     /// let coast = Coast::of_mass(1e5, 0.1, 1e-4);
@@ -67,7 +82,9 @@ impl ForgedBristle {
             let after = begun * (1.0 - gone) + step_s * velocity * share;
             let end = velocity.signum() * sliding / self.stiffness;
             let mean = if decay > SMALL { end + (begun - end) * share } else { 0.5 * (begun + after) };
-            let fading = (-(velocity * self.damping / (FADING * sliding)).powi(2)).exp();
+            let fading = (-(velocity.abs() * self.damping / (self.fading.share * sliding))
+                .powf(self.fading.power))
+            .exp();
             let force = -(self.stiffness * mean + self.damping * fading * (after - begun) / step_s);
             (force, after)
         };
@@ -114,7 +131,11 @@ mod tests {
     fn exact_small_push_is_held_elastically() {
         let (mass, step, push) = (50.0_f64, 31.25e-6, 6.0);
         let stiffness = 1e8;
-        let bristle = ForgedBristle { stiffness, damping: 2.0 * 0.7 * (stiffness * mass).sqrt() };
+        let bristle = ForgedBristle {
+            stiffness,
+            damping: 2.0 * 0.7 * (stiffness * mass).sqrt(),
+            fading: Fading::default(),
+        };
         let (mut velocity, mut deflection, mut position) = (0.0, 0.0, 0.0);
         for _ in 0..40_000 {
             let coast = Coast::of_mass(mass, velocity, step).under(StepForce::held(push));
@@ -131,8 +152,11 @@ mod tests {
     #[test]
     fn exact_sliding_block_stops_where_energy_says() {
         let (step, level) = (1e-4, 2.0);
-        let bristle =
-            ForgedBristle { stiffness: level / 1e-6, damping: 2.0 * 0.7 * (level / 1e-6_f64).sqrt() };
+        let bristle = ForgedBristle {
+            stiffness: level / 1e-6,
+            damping: 2.0 * 0.7 * (level / 1e-6_f64).sqrt(),
+            fading: Fading::default(),
+        };
         let (mut velocity, mut deflection, mut position) = (1.0, 1e-6, 0.0);
         for _ in 0..10_000 {
             let coast = Coast::of_mass(1.0, velocity, step);

@@ -1,5 +1,6 @@
 //! One case drawn: runs, nominal errors, effects and what each of them makes.
 
+use super::bristle::Fading;
 use super::convergence::{Converged, converged};
 use super::engine::Engine;
 use super::equals::struck;
@@ -286,6 +287,10 @@ fn otherwise(random: &mut StdRng) -> Otherwise {
     Otherwise {
         bristle_deflection: None,
         bristle_damping: random.random_range(0.5..1.0),
+        bristle_fading: Fading {
+            share: 0.25 * 4.0_f64.powf(random.random_range(0.0..1.0)),
+            power: random.random_range(1.0..3.0),
+        },
         harmonics: [random.random_range(0.02..0.06), random.random_range(0.01..0.03)],
         phases: [random.random_range(0.0..TAU), random.random_range(0.0..TAU)],
         foreign: None,

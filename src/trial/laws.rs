@@ -1,6 +1,6 @@
 //! What forged machines do otherwise than the diagnosing twin: a plant around a plant.
 
-use super::bristle::ForgedBristle;
+use super::bristle::{Fading, ForgedBristle};
 use super::foreign::{Foreign, WarmingScale};
 use crate::effect::{Effect, Unlike};
 use crate::error::Result;
@@ -19,6 +19,9 @@ pub struct Otherwise {
     pub bristle_deflection: Option<f64>,
     /// Damping ratio of the bristles.
     pub bristle_damping: f64,
+    /// How their damping fades.
+    #[serde(default)]
+    pub bristle_fading: Fading,
     /// Third and fourth harmonic of cogging and force ripple as shares of the first; the catalogue has two harmonics.
     pub harmonics: [f64; 2],
     /// Their phases in rad.
@@ -34,6 +37,7 @@ impl Otherwise {
         Self {
             bristle_deflection: Some(deflection),
             bristle_damping: damping,
+            bristle_fading: Fading { share: 0.5, power: 2.0 },
             harmonics: [0.0; 2],
             phases: [0.0; 2],
             foreign: None,
@@ -109,14 +113,18 @@ impl ForgedLaws {
         let drawn =
             |stiffness: f64| 2.0 * otherwise.bristle_damping * (stiffness * constants.moving_mass).sqrt();
         let (stiffness, damping) = match dry.bristle {
-            Some(Bristle { stiffness, damping }) if damping > 0.0 => (stiffness, damping),
+            Some(Bristle { stiffness, damping, .. }) if damping > 0.0 => (stiffness, damping),
             Some(Bristle { stiffness, .. }) => (stiffness, drawn(stiffness)),
             None => match otherwise.bristle_deflection {
                 Some(deflection) => (standing / deflection, drawn(standing / deflection)),
                 None => (0.0, 0.0),
             },
         };
-        let bristle = (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle { stiffness, damping });
+        let bristle = (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle {
+            stiffness,
+            damping,
+            fading: otherwise.bristle_fading,
+        });
         // Without a bristle there is nothing to do otherwise.
         let is_forged = |effect: &&Effect| bristle.is_some() && effect.unlike() == Unlike::Bristles;
         for friction in effects.iter().filter(is_forged) {
