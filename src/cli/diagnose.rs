@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::Args;
+use slideway::diagnose::decide::Limits;
 use slideway::diagnose::{Diagnosis, MOST_SAMPLES, Options, Progress, Verdict, compare, diagnose, improved};
 use slideway::effect::EffectId;
 use slideway::error::{Error, ErrorKind};
@@ -203,7 +204,8 @@ impl Diagnose {
             EffectId::ALL.iter().copied().filter(|effect| !is_struck(effect)).collect();
         let bar = screen.hypotheses();
         let progress = |progress: Progress| advance(&bar, progress);
-        let options = Options { catalogue: &catalogue, progress: &progress, most_samples: self.most_samples };
+        let (most_samples, limits) = (self.most_samples, Limits::default());
+        let options = Options { catalogue: &catalogue, progress: &progress, most_samples, limits };
         let ended = match reference {
             Some(reference) => compare(machine, reference, recording, &options),
             None => diagnose(machine, recording, &options),

@@ -5,34 +5,19 @@ use super::evidence::{Closed, Score, closed};
 use super::experiment::Experiment;
 use super::fit::Fit;
 use super::folds::Folds;
-use super::found::{ADEQUATE_GAP, Candidate, DECIDED, Found, price};
+use super::found::{Candidate, Found, price};
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
 use super::parameter::{NORMAL_975, Parameter};
 use super::phase::RunPhase;
 use super::rivals::{INDISTINCT, better, rivals};
-use super::verdict::{Calibration, Cause, EffectProbability, Gap, Ranked, SignalGap, Verdict};
+use super::verdict::{Calibration, Cause, EffectProbability, Gap, Ranked, SignalGap};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::twin::Sensing;
 use std::collections::BTreeMap;
-
-/// What the search comes to; `is_measured` tells whether the noise was seen in the recording.
-pub fn verdict(found: &Found, before: &Score, is_measured: bool) -> Verdict {
-    let chosen = &found.candidates[found.chosen];
-    if chosen.effects().is_empty() {
-        let quiet = before.gap() <= ADEQUATE_GAP || chosen.score.gap() <= ADEQUATE_GAP;
-        return if quiet { Verdict::NoGap } else { Verdict::Unknown };
-    }
-    if !found.stands(found.chosen, before, is_measured) {
-        // Something else is at work too, and the explanation is only the nearest one.
-        return Verdict::Unknown;
-    }
-    let rivals: f64 = rivals(found).map(|(_, probability)| probability).sum();
-    if 1.0 - rivals >= DECIDED { Verdict::Cause } else { Verdict::Undecided }
-}
 
 /// The named causes, most closing first.
 pub fn causes(found: &Found, before: &Score, folds: &Folds) -> Vec<Cause> {
@@ -196,7 +181,8 @@ pub fn ranking(found: &Found) -> Vec<Ranked> {
 
 /// Better explanations whose gain is too small to name beside this gap, best first.
 pub fn refinements(found: &Found, before: &Score) -> Vec<Ranked> {
-    let indices = (0..found.candidates.len()).filter(|&k| found.is_refinement(k, before));
+    let is_detail = |k: &usize| !found.is_settled && found.is_refinement(*k, before);
+    let indices = (0..found.candidates.len()).filter(is_detail);
     let mut list: Vec<Ranked> = indices.map(|k| ranked(&found.candidates[k], found.posterior[k])).collect();
     list.sort_by(|a, b| {
         a.held_out_gap.total_cmp(&b.held_out_gap).then(a.effects.len().cmp(&b.effects.len()))

@@ -1,5 +1,6 @@
 //! What a search has found so far, and how explanations are compared.
 
+use super::decide::ADEQUATE_GAP;
 use super::evidence::{LEAST_EXCESS, Score, bootstrap};
 use super::fit::{Fit, Sensitivities};
 use super::hypothesis::{EffectSet, Freedom};
@@ -35,6 +36,8 @@ pub struct Found {
     pub chosen: usize,
     /// Posterior probability of each candidate.
     pub posterior: Vec<f64>,
+    /// Whether the twin as it is leaves no gap: what predicts better still explains what is not there.
+    pub(super) is_settled: bool,
     /// Effects that the twin has already.
     pub(super) stated: EffectSet,
     /// What fits that build on a candidate need of it.
@@ -55,10 +58,6 @@ const PRICE_PER_CHANGE: f64 = 2.303;
 /// An improvement must pay its price in this share of bootstrap draws over blocks of the held-out runs: it must
 /// not rest on one or two moments.
 const CERTAIN: f64 = 0.95;
-/// Below this share among its rivals an explanation is not decided.
-pub const DECIDED: f64 = 0.7;
-/// Below this gap an explanation is adequate: nothing is left that noise would not leave.
-pub const ADEQUATE_GAP: f64 = 1.25;
 /// Log-likelihood by which a cause must predict better than a twin whose calibration leaves no gap.
 const OVERWHELMING: f64 = 20.0;
 /// Where no explanation is adequate, the twin stays structurally wrong whatever is added; an effect is then
@@ -133,20 +132,25 @@ impl Found {
             && self.worth_naming(index, self.chosen, before)
     }
 
-    /// The explanation that has the chosen effects and more, where it is the decided one among all: what it adds pays its price
-    /// in most draws, if not in as many as a step of the search asks for.
-    pub(super) fn decided(&self, before: &Score) -> Option<usize> {
-        let fuller = |k: &usize| {
-            let set = self.candidates[*k].effects();
-            set != self.effects() && set.is_superset(self.effects())
-        };
-        let most =
-            (0..self.candidates.len()).max_by(|&a, &b| self.posterior[a].total_cmp(&self.posterior[b]))?;
-        let sound = self.candidates[most].thorough
-            && self.is_resolved(most)
-            && self.worth_naming(most, self.chosen, before);
-        (!self.effects().is_empty() && fuller(&most) && sound && self.posterior[most] >= DECIDED)
-            .then_some(most)
+    /// The most probable explanation, where it is not the chosen one. Of those that have the chosen effects and more, one that is
+    /// worth naming and has the probability that decides: what it adds pays its price in most draws, if not in as many as a step of
+    /// the search asks for.
+    pub(super) fn most_probable(&self, before: &Score, decides: f64) -> Option<usize> {
+        let by_probability = |&a: &usize, &b: &usize| self.posterior[a].total_cmp(&self.posterior[b]);
+        let most = (0..self.candidates.len()).max_by(by_probability)?;
+        let (set, own) = (self.candidates[most].effects(), self.effects());
+        let is_fuller = || set.is_superset(own);
+        let is_worth_it = || self.worth_naming(most, self.chosen, before) && self.posterior[most] >= decides;
+        let is_sound = self.candidates[most].thorough && self.is_resolved(most);
+        let is_other = most != self.chosen && !own.is_empty() && !set.is_empty();
+        (is_other && is_sound && (!is_fuller() || is_worth_it())).then_some(most)
+    }
+
+    /// Takes the twin as it is for the explanation: it leaves no gap that a cause explains overwhelmingly better.
+    pub(super) fn settle(&mut self, before: &Score) {
+        self.chosen = 0;
+        self.is_settled = true;
+        self.posterior = posterior(self, before);
     }
 
     /// Whether the chosen explanation leaves so much open that closing it would be worth naming.
@@ -197,6 +201,9 @@ impl Found {
         let (more, own) = (self.candidates[index].effects(), self.effects());
         let numbers = |k: usize| self.candidates[k].fit.hypothesis.numbers();
         let is_fuller = more.len() > own.len() || numbers(index) > numbers(self.chosen);
+        if self.is_settled {
+            return index != self.chosen && self.likelihood(index) > self.likelihood(self.chosen);
+        }
         // Beside an explanation that leaves nothing open, whatever does as well is its rival; so is another one as simple,
         // in effects and in numbers.
         index != self.chosen
@@ -322,7 +329,14 @@ pub(super) mod tests {
     }
 
     pub(in crate::diagnose) fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {
-        Found { candidates, chosen, posterior: vec![], stated: EffectSet::new(), bases: BTreeMap::new() }
+        Found {
+            candidates,
+            chosen,
+            posterior: vec![],
+            is_settled: false,
+            stated: EffectSet::new(),
+            bases: BTreeMap::new(),
+        }
     }
 
     /// Beside a gap of 100, what closes half of the rest is named, what closes 0.3 % of all is named, and less is not.
@@ -352,22 +366,42 @@ pub(super) mod tests {
         assert_eq!(step(-10.0, 100.0), [false, true]);
     }
 
-    /// The fuller explanation is taken where it has most of the probability, is worth naming, and has all that was chosen.
+    /// The most probable explanation is taken; a fuller one where it has most of the probability and is worth naming.
     #[test]
-    fn exact_the_decided_explanation_is_taken() {
+    fn exact_the_most_probable_explanation_is_taken() {
         let before = Score::even(1e4);
-        let decided = |fuller: Candidate, share: f64| {
-            let all = vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], 1.0, 100.0), fuller];
+        let taken = |other: Candidate, share: f64| {
+            let all = vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], 1.0, 100.0), other];
             let mut found = found(all, 1);
             found.posterior = vec![0.0, 1.0 - share, share];
-            found.decided(&before)
+            found.most_probable(&before, 0.7)
         };
         let pair = |value: f64, left: f64| candidate(&[COULOMB, BACKLASH], value, left);
-        assert_eq!(decided(pair(1.0, 40.0), 0.8), Some(2));
-        assert_eq!(decided(pair(1.0, 40.0), 0.6), None);
-        assert_eq!(decided(pair(1.0, 99.0), 0.8), None);
-        assert_eq!(decided(pair(10.0, 40.0), 0.8), None);
-        assert_eq!(decided(candidate(&[BACKLASH], 1.0, 40.0), 0.8), None);
+        assert_eq!(taken(pair(1.0, 40.0), 0.8), Some(2));
+        assert_eq!(taken(pair(1.0, 40.0), 0.6), None);
+        assert_eq!(taken(pair(1.0, 99.0), 0.8), None);
+        assert_eq!(taken(pair(10.0, 40.0), 0.8), None);
+        let other = |share: f64| taken(candidate(&[BACKLASH], 1.0, 40.0), share);
+        assert_eq!([other(0.6), other(0.4)], [Some(2), None]);
+        assert_eq!(taken(candidate(&[BACKLASH], 10.0, 40.0), 0.8), None);
+        assert_eq!(taken(candidate(&[], 1.0, 40.0), 0.8), None);
+    }
+
+    /// A twin that leaves no gap has the probability, and what predicts a little better is a refinement.
+    #[test]
+    fn exact_what_leaves_no_gap_is_most_probable() {
+        let before = Score::even(1e4);
+        let all = vec![
+            candidate(&[], 0.0, 1.0),
+            candidate(&[COULOMB], 1.0, 0.99),
+            candidate(&[BACKLASH], 1.0, 1.0),
+        ];
+        let mut found = found(all, 1);
+        found.posterior = posterior(&found, &before);
+        assert!(found.posterior[1] > 0.9);
+        found.settle(&before);
+        assert!(found.posterior[0] > 0.9 && found.posterior[1] == 0.0, "{:?}", found.posterior);
+        assert_eq!([1, 2].map(|k| found.is_refinement(k, &before)), [true, false]);
     }
 
     /// Of two that predict alike, a change of what the twin has is likelier than something new.

@@ -11,6 +11,11 @@ const FIRST_ORDER: f64 = 3.0;
 const LAST_ORDER: f64 = 12.0;
 /// A ratio so near to a whole number is one: unrelated pitches come as near once in fifty times, harmonics are the rule.
 const WHOLE: f64 = 0.01;
+/// The same of a wave smaller than [`SMALL`], which a further harmonic next to it pulls aside.
+const WHOLE_IF_SMALL: f64 = 0.1;
+/// Share of the whole's amplitude below which a wave is more often a harmonic than a pitch of its own: harmonics are a few per cent of
+/// the first, two pitches are of one size or another.
+const SMALL: f64 = 0.1;
 /// An interval that is wider holds a whole number by chance more often than once in ten times.
 const WIDEST: f64 = 0.05;
 
@@ -29,7 +34,7 @@ pub struct Harmonic {
 ///
 /// # Model
 /// A further pitch p′ is the n-th harmonic of the pitch p where p/p′ is a whole number n, 3 ≤ n ≤ 12, within its 95 % interval (taken
-/// as at least 0.01 and at most 0.05). The force of magnets and slots has all harmonics of its pitch; that another source has a
+/// as at least 0.01 and at most 0.05; as 0.1 where its amplitude is less than a tenth of the whole's). The force of magnets and slots has all harmonics of its pitch; that another source has a
 /// pitch in such a ratio is a coincidence.
 pub fn fold(causes: &mut Vec<Cause>) -> Vec<String> {
     let mut folded = Vec::new();
@@ -56,7 +61,8 @@ fn harmonic<'a>(causes: &'a [Cause]) -> Option<(usize, usize, u32)> {
         part != whole && causes[part].group.is_some() && group(&causes[part]) == group(&causes[whole])
     });
     pairs.find_map(|(part, whole)| {
-        Some((part, whole, order(period(&causes[whole])?, period(&causes[part])?)?))
+        let least = if is_small(&causes[part], &causes[whole]) { WHOLE_IF_SMALL } else { WHOLE };
+        Some((part, whole, order(period(&causes[whole])?, period(&causes[part])?, least)?))
     })
 }
 
@@ -64,12 +70,18 @@ fn period(cause: &Cause) -> Option<&Parameter> {
     cause.parameters.iter().find(|(key, _)| key.starts_with("period_")).map(|(_, parameter)| parameter)
 }
 
-fn order(whole: &Parameter, part: &Parameter) -> Option<u32> {
+fn is_small(part: &Cause, whole: &Cause) -> bool {
+    let largest = |cause: &Cause| cause.amplitudes.values().map(|a| a.value.abs()).fold(0.0, f64::max);
+    largest(part) < SMALL * largest(whole)
+}
+
+/// The order of a part of a whole, `least` being how far the ratio may always be off.
+fn order(whole: &Parameter, part: &Parameter, least: f64) -> Option<u32> {
     let share = |p: &Parameter| 0.5 * (p.ci95[1] - p.ci95[0]) / p.value;
     let ratio = whole.value / part.value;
     let half = ratio * share(whole).hypot(share(part));
     let order = ratio.round();
-    let is_whole = (ratio - order).abs() <= half.clamp(WHOLE, WIDEST);
+    let is_whole = (ratio - order).abs() <= half.clamp(least, WIDEST.max(least));
     ((FIRST_ORDER..=LAST_ORDER).contains(&order) && is_whole).then_some(order as u32)
 }
 
@@ -142,6 +154,13 @@ mod tests {
         ];
         assert_eq!(fold(&mut causes), ["third_cogging"]);
         assert_eq!(causes[1].harmonics[0].order, 3);
+        // A small wave is pulled aside; a large one that is as far off has a pitch of its own.
+        let folded = |amplitude: f64| {
+            let mut part = pitch("second_cogging", 0.0164 / 3.06, 0.01);
+            part.amplitudes.values_mut().for_each(|a| a.value = amplitude);
+            fold(&mut vec![pitch("cogging", 0.0164, 0.9), part]).len()
+        };
+        assert_eq!([folded(0.05), folded(0.5)], [1, 0]);
         // Without the pitch that it would be a harmonic of.
         assert!(fold(&mut vec![pitch("second_cogging", 0.008, 0.06)]).is_empty());
     }

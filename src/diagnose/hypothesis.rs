@@ -6,7 +6,7 @@ use crate::effect::{EffectId, Nominal, Parameter};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::units::Motion;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// A set of effects that together might explain the gap; empty: the twin as it is.
 pub type EffectSet = BTreeSet<EffectId>;
@@ -92,12 +92,17 @@ impl Hypothesis {
     ) -> Option<Self> {
         let mut free = Vec::new();
         let mut starts: Vec<Vec<f64>> = vec![Vec::new()];
+        let (mut places, mut together) = (BTreeMap::new(), Vec::new());
         for &effect in effects {
             let earlier = known.iter().find_map(|(other, values)| other.of_effect(effect, values));
             let (numbers, values) = match earlier {
                 Some((numbers, values)) => (numbers, vec![values]),
-                None => proposed(machine, effect, proposals)?,
+                None => {
+                    together.extend(proposals.get(effect).iter().flat_map(|proposal| &proposal.together));
+                    proposed(machine, effect, proposals)?
+                }
             };
+            places.insert(effect, free.len());
             free.extend(numbers);
             starts = starts
                 .iter()
@@ -105,6 +110,12 @@ impl Hypothesis {
                 .take(MOST_STARTS)
                 .collect();
         }
+        starts.extend(
+            together
+                .into_iter()
+                .filter_map(|values| replaced(&starts[0], &places, values))
+                .collect::<Vec<_>>(),
+        );
         for calibration in calibrations(machine, effects) {
             let found = known.iter().find_map(|(other, values)| other.value(&calibration.path, values));
             let start = found.unwrap_or(calibration.neutral).clamp(calibration.range.0, calibration.range.1);
@@ -148,6 +159,20 @@ impl Hypothesis {
                 .map(|(free, &value)| (free.path.as_str(), toml::Value::Float(value))),
         )
     }
+}
+
+/// A start with other values of some effects, whose numbers begin at these places; none where one of them is not in the hypothesis.
+fn replaced(
+    start: &[f64],
+    places: &BTreeMap<EffectId, usize>,
+    values: &BTreeMap<EffectId, Vec<f64>>,
+) -> Option<Vec<f64>> {
+    let mut start = start.to_vec();
+    for (effect, own) in values {
+        let from = *places.get(effect)?;
+        start.get_mut(from..from + own.len())?.copy_from_slice(own);
+    }
+    Some(start)
 }
 
 /// Key path of an effect's parameter.

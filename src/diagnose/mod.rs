@@ -11,6 +11,7 @@ pub mod compare;
 mod conclude;
 pub mod cut;
 mod dead_reference;
+pub mod decide;
 mod descent;
 pub mod estimate;
 pub mod evidence;
@@ -31,6 +32,7 @@ pub mod next_experiment;
 pub mod noise;
 pub mod objective;
 mod ordinates;
+mod outcome;
 pub mod parameter;
 pub mod phase;
 pub mod place;
@@ -43,10 +45,8 @@ mod segments;
 pub mod selection;
 pub mod shape;
 pub mod smooth;
-mod standing;
 pub mod untested;
 pub mod verdict;
-pub mod veto;
 pub mod visibility;
 
 pub use compare::compare;
@@ -57,6 +57,7 @@ use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{HeldOutRuns, Recording, Signal, Split, SplitRule, TrainingRuns};
+use decide::{Evidence, Limits};
 use evidence::Score;
 use experiment::Experiment;
 use floors::Floors;
@@ -77,6 +78,8 @@ pub struct Options<'a> {
     /// Samples that are worked on, at most about: of more, the stretches that hold most of the motion
     /// ([`Recording::split_within`]).
     pub most_samples: usize,
+    /// What the verdict is decided by.
+    pub limits: Limits,
 }
 
 /// How far a diagnosis is. What is fitted next depends on what was found: the total grows round by round.
@@ -93,7 +96,12 @@ pub const MOST_SAMPLES: usize = 40_000;
 
 impl Default for Options<'_> {
     fn default() -> Self {
-        Self { catalogue: EffectId::ALL, progress: &|_| (), most_samples: MOST_SAMPLES }
+        Self {
+            catalogue: EffectId::ALL,
+            progress: &|_| (),
+            most_samples: MOST_SAMPLES,
+            limits: Limits::default(),
+        }
     }
 }
 
@@ -126,7 +134,7 @@ fn diagnose_after(
     let mut ready = Ready::new(machine, &split.training, &split.held_out, known)?;
     let view = View::of(machine, &ready.training, options.catalogue);
     // What is fitted to a column that is not what it is taken for says nothing.
-    let is_fit_to_judge = veto::fatal(&ready.checks).next().is_none();
+    let is_fit_to_judge = decide::fatal(&ready.checks).next().is_none();
     let catalogue = if is_fit_to_judge { &view.catalogue[..] } else { &[] };
     let options = &Options { catalogue, ..*options };
     let mut found = ready.search(options, None)?;
@@ -139,7 +147,7 @@ fn diagnose_after(
     }
     if ready.before.mean_square() < 1.0 + evidence::LEAST_EXCESS || found.calibration_settles() {
         // The held-out runs show no gap, or none beyond the tolerances that a cause explains overwhelmingly better.
-        found.chosen = 0;
+        found.settle(&ready.before);
     }
     let diagnosis = ready.conclude(found, recording, &split, options)?;
     Ok(Diagnosis { not_examined: view.not_examined, ..diagnosis })
@@ -208,6 +216,7 @@ impl<'a> Ready<'a> {
             floors: &self.floors,
             catalogue: &catalogue,
             earlier,
+            decides: options.limits.probability,
             progress: options.progress,
         };
         search.run(&self.before)
@@ -232,7 +241,8 @@ impl<'a> Ready<'a> {
         let floors = [&self.floors.common, floor];
         let prove = || prove::rigid_body([self.machine, &improved], &self.held_out, floors);
         let rigid_body = if causes.is_empty() { None } else { prove() };
-        let (verdict, withheld) = self.decide(found, floor, rigid_body.as_ref());
+        let evidence = found.evidence(&self.before, floor.is_measured());
+        let (verdict, withheld) = self.decide(&evidence, &options.limits, rigid_body.as_ref());
         let next_experiment = match withheld {
             Some(_) => None,
             None => self.next_experiment(found, verdict, &mut causes)?,
@@ -251,12 +261,13 @@ impl<'a> Ready<'a> {
         attribute::attribute(&mut place, &causes, unexplained);
         let left = match verdict {
             Verdict::NoGap => None,
-            _ if chosen.score.gap() <= found::ADEQUATE_GAP => None,
+            _ if chosen.score.gap() <= decide::ADEQUATE_GAP => None,
             _ => Some(shape::shape(&improved, &self.held_out, floor)?),
         };
         Ok(Diagnosis {
             schema: verdict::SCHEMA.to_owned(),
             verdict,
+            limits: options.limits,
             withheld,
             effects: conclude::effects(found, options.catalogue, &harmonics),
             ranking: conclude::ranking(found),
@@ -303,15 +314,15 @@ impl<'a> Ready<'a> {
     /// The verdict, and why it is withheld if it is.
     fn decide(
         &self,
-        found: &Found,
-        floor: &Floor,
+        evidence: &Evidence,
+        limits: &Limits,
         rigid_body: Option<&prove::RigidBody>,
-    ) -> (Verdict, Option<veto::Withheld>) {
+    ) -> (Verdict, Option<decide::Withheld>) {
         let before = self.known.reference.as_ref();
         let reference =
-            before.map(|before| veto::Before { verdict: before.verdict, gap_after: before.gap_after });
-        let grounds = veto::Grounds { checks: &self.checks, reference, rigid_body };
-        veto::decide(conclude::verdict(found, &self.before, floor.is_measured()), &grounds)
+            before.map(|before| decide::Before { verdict: before.verdict, gap_after: before.gap_after });
+        let grounds = decide::Grounds { checks: &self.checks, reference, rigid_body };
+        decide::decide(evidence, limits, &grounds)
     }
 
     /// What the recorded motion could not test of the effects that the machine can have.

@@ -15,6 +15,8 @@ pub struct Proposal {
     /// Of each number beside the parameters, in the order of [`Law::FURTHER`](crate::effect::Law::FURTHER); none of one that
     /// the recording does not tell.
     pub further: Vec<Option<Further>>,
+    /// Starting values of the effect together with others that are found already, in the place of those.
+    pub together: Vec<BTreeMap<EffectId, Vec<f64>>>,
 }
 
 /// The proposals for a set of effects, all from the same screening.
@@ -29,13 +31,34 @@ impl Proposals {
             let ranges = estimate::range(effect, screen);
             let sound = |start: &Vec<f64>| start.iter().all(|value| value.is_finite());
             let starts = estimate::start(effect, screen).into_iter().filter(sound).collect();
-            (effect, Proposal { starts, ranges, further: estimate::further(effect, screen) })
+            (
+                effect,
+                Proposal { starts, ranges, further: estimate::further(effect, screen), together: Vec::new() },
+            )
         };
         Self(effects.par_iter().map(propose).collect())
+    }
+
+    /// Adds where an effect starts together with what it modifies, of a twin that has none of them.
+    pub fn add_together(&mut self, effect: EffectId, bare: &Screen) {
+        let Some(proposal) = self.0.get_mut(&effect) else { return };
+        let members = members(effect);
+        let set = |values: Vec<Vec<f64>>| members.iter().copied().zip(values).collect();
+        proposal.together = estimate::together(effect, bare).into_iter().map(set).collect();
     }
 
     /// The proposal for one effect; none where it was not screened for.
     pub fn get(&self, effect: EffectId) -> Option<&Proposal> {
         self.0.get(&effect)
     }
+}
+
+/// What an effect modifies, what that modifies in turn, and itself, first the one that modifies nothing.
+pub fn members(effect: EffectId) -> Vec<EffectId> {
+    let mut members = vec![effect];
+    while let Some(of) = members.last().and_then(|last| last.modifies().first()) {
+        members.push(*of);
+    }
+    members.reverse();
+    members
 }

@@ -1,6 +1,7 @@
 //! Which effects: forward selection and backward elimination on held-out evidence.
 
 use super::Progress;
+use super::estimate::Screen;
 use super::evidence::Score;
 use super::experiment::Experiment;
 use super::fit::{Care, Fit, Sensitivities, fit};
@@ -8,7 +9,7 @@ use super::floors::Floors;
 use super::found::{Base, Candidate, Found, posterior};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified};
 use super::motion;
-use super::proposals::Proposals;
+use super::proposals::{Proposals, members};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -29,6 +30,8 @@ pub struct Search<'a> {
     pub catalogue: &'a [EffectId],
     /// What an earlier search found with another floor: its fits are where this one's start.
     pub earlier: Option<&'a Found>,
+    /// Posterior probability that decides.
+    pub decides: f64,
     /// Told how far the fitting is.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
@@ -37,6 +40,8 @@ pub struct Search<'a> {
 const MOST_EFFECTS: usize = 6;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
+/// A share of the posterior below this changes no verdict.
+const LEAST_SHARE: f64 = 1e-3;
 /// A rough fit that gains less log-likelihood than this is left: the effect does not show.
 const LEAST_GAIN: f64 = 1.0;
 /// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
@@ -54,6 +59,7 @@ impl Search<'_> {
             candidates: Vec::new(),
             chosen: 0,
             posterior: Vec::new(),
+            is_settled: false,
             stated: stated.collect(),
             bases: BTreeMap::new(),
         };
@@ -82,9 +88,11 @@ impl Search<'_> {
             }
             settled = Some(found.chosen);
         }
-        found.posterior = posterior(&found, before);
-        while let Some(fuller) = found.decided(before) {
-            found.chosen = fuller;
+        self.converge(&mut found, before)?;
+        // Which explanations count beside the chosen one depends on it.
+        for _ in 0..MOST_EFFECTS {
+            let Some(most) = found.most_probable(before, self.decides) else { break };
+            found.chosen = most;
             found.posterior = posterior(&found, before);
         }
         Ok(found)
@@ -101,10 +109,20 @@ impl Search<'_> {
             let set = &fit.hypothesis.effects;
             let may_come = |e: &EffectId| !e.follows() || has_modified(self.machine, *e, set);
             let others = effects.filter(|e| !set.contains(e) && may_come(e));
-            let proposals = Proposals::of(&screen, others);
+            let mut proposals = Proposals::of(&screen, others.clone());
+            for effect in others.filter(|e| e.follows()) {
+                proposals.add_together(effect, &self.bare_screen(&machine, set, effect)?);
+            }
             found.bases.insert(index, Base { sensitivities, proposals });
         }
         Ok(())
+    }
+
+    /// The motion as a twin sees it that has none of the found effects that one modifies.
+    fn bare_screen(&self, machine: &Machine, found: &EffectSet, effect: EffectId) -> Result<Screen> {
+        let modified = members(effect).into_iter().filter(|of| found.contains(of));
+        let bare = modified.rev().try_fold(machine.clone(), |machine, of| machine.without_effect(of))?;
+        motion::screen(self.training, &bare)
     }
 
     /// Looks at sets of effects, building on a candidate: those not looked at yet are fitted roughly, the best of
@@ -139,6 +157,20 @@ impl Search<'_> {
         Hypothesis::new(self.machine, set, &base.proposals, &fits)
     }
 
+    /// Fits to the end whatever has a share of the posterior: only what has converged is compared.
+    fn converge(&self, found: &mut Found, before: &Score) -> Result<()> {
+        for _ in 0..MOST_EFFECTS {
+            found.posterior = posterior(found, before);
+            let is_open = |k: &usize| !found.candidates[*k].thorough && found.posterior[*k] > LEAST_SHARE;
+            let open: Vec<usize> = (0..found.candidates.len()).filter(is_open).collect();
+            if open.is_empty() {
+                break;
+            }
+            self.fit_to_the_end(found, open)?;
+        }
+        Ok(())
+    }
+
     /// Fits to the end those of the candidates that may matter.
     fn finish(&self, found: &mut Found, indices: &[usize], from: usize) -> Result<()> {
         let own = found.likelihood(from);
@@ -152,6 +184,10 @@ impl Search<'_> {
         open.sort_by(|&a, &b| found.merit(b).total_cmp(&found.merit(a)));
         open.dedup();
         open.truncate(FINALISTS);
+        self.fit_to_the_end(found, open)
+    }
+
+    fn fit_to_the_end(&self, found: &mut Found, open: Vec<usize>) -> Result<()> {
         (self.progress)(Progress::Asked(open.len()));
         let better: Result<Vec<Candidate>> = open
             .par_iter()

@@ -1,12 +1,12 @@
 //! The verdict and its machine-readable form, schema `slideway-diagnosis/1`.
 
 use super::check::Finding;
+pub use super::decide::{Limits, Verdict, Withheld};
 pub use super::parameter::Parameter;
 pub use super::phase::RunPhase;
 pub use super::place::{Band, Share, Where};
-pub use super::veto::{Verdict, Withheld};
 
-use super::found::DECIDED;
+use super::decide::LARGELY_CLOSED;
 use super::harmonic::Harmonic;
 use super::identifiability::Identifiability;
 use super::json;
@@ -15,7 +15,6 @@ use super::noise::Source;
 use super::prove::RigidBody;
 use super::residual_whiteness::ResidualWhiteness;
 use super::shape::Shape;
-use super::standing::LARGELY_CLOSED;
 use super::untested::Untested;
 use super::visibility::NotExamined;
 use crate::recording::{Cut, Samples};
@@ -225,7 +224,7 @@ impl Diagnosis {
         self.verdict == Verdict::Unknown
             && self.withheld.is_none()
             && !self.causes.is_empty()
-            && self.causes.iter().all(|cause| cause.probability >= DECIDED)
+            && self.causes.iter().all(|cause| cause.probability >= self.limits.probability)
             && self.gap.closed_beside_calibration >= LARGELY_CLOSED
     }
 }
@@ -276,6 +275,9 @@ pub struct Diagnosis {
     pub schema: String,
     /// What it comes to.
     pub verdict: Verdict,
+    /// The limits that it was decided by.
+    #[serde(default)]
+    pub limits: Limits,
     /// Why the verdict is `unknown` whatever the evidence says; none where the evidence gave it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub withheld: Option<Withheld>,

@@ -7,8 +7,8 @@ use super::withheld;
 use super::wrap::{columns, wrap};
 use crate::diagnose::Verdict;
 use crate::diagnose::check::{Check, Finding, Severity};
+use crate::diagnose::decide::Veto;
 use crate::diagnose::verdict::{Cause, Diagnosis};
-use crate::diagnose::veto::Veto;
 
 /// Runs that are named before the rest is only counted.
 const RUNS: usize = 4;

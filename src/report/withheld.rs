@@ -7,8 +7,8 @@ use super::layout::{Ink, paragraph};
 use super::number::percent;
 use super::sentence::{listed, placed, times_noise};
 use crate::diagnose::check::Severity;
+use crate::diagnose::decide::{Veto, Withheld};
 use crate::diagnose::verdict::Diagnosis;
-use crate::diagnose::veto::{Veto, Withheld};
 
 /// Findings that are told above; the checks list them all.
 const MOST: usize = 3;

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
+use slideway::diagnose::decide::{Veto, Withheld};
 use slideway::diagnose::identifiability::Identifiability;
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
@@ -10,7 +11,6 @@ use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, FollowingError, Gap, Parameter, Ranked,
     Reference, Share, SignalGap, Verdict, Where,
 };
-use slideway::diagnose::veto::{Veto, Withheld};
 use slideway::machine::Machine;
 use slideway::recording::Samples;
 use slideway::report::{Style, terminal};
@@ -150,6 +150,7 @@ fn diagnosis() -> Diagnosis {
         message: message.to_owned(),
     };
     Diagnosis {
+        limits: slideway::diagnose::decide::Limits::default(),
         schema: "slideway-diagnosis/1".to_owned(),
         verdict: Verdict::Cause,
         withheld: None,

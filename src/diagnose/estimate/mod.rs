@@ -11,9 +11,11 @@ mod friction_features;
 mod gains;
 mod local_friction;
 mod modes;
+mod orthonormal;
 mod payload;
 mod periodic;
 pub mod periodogram;
+mod pitch_set;
 mod reading;
 mod resonance;
 mod scales;
@@ -38,6 +40,12 @@ pub trait Estimate: Law {
 
     /// The range in which a fit may look for each parameter, in the same order.
     fn range(screen: &Screen) -> Vec<(f64, f64)>;
+
+    /// Starting values of what it modifies, of what that modifies in turn, and last of itself, all together: from the motion of a
+    /// twin that has none of them. None where each is found by itself.
+    fn together(_screen: &Screen) -> Vec<Vec<Vec<f64>>> {
+        Vec::new()
+    }
 
     /// Start and range of each of [`Law::FURTHER`]; none of one that the recording does not tell. A start counts from what the
     /// twin states already.
@@ -71,6 +79,11 @@ macro_rules! of_every_law {
         /// Starts and ranges of the numbers beside an effect's parameters; see [`Estimate::further`].
         pub fn further(effect: EffectId, screen: &Screen) -> Vec<Option<Further>> {
             match effect { $(EffectId::$law => <effect::$law as Estimate>::further(screen),)+ }
+        }
+
+        /// Starting values of an effect together with what it modifies; see [`Estimate::together`].
+        pub fn together(effect: EffectId, screen: &Screen) -> Vec<Vec<Vec<f64>>> {
+            match effect { $(EffectId::$law => <effect::$law as Estimate>::together(screen),)+ }
         }
 
         /// See [`Estimate::CUMULATIVE`].

@@ -40,7 +40,7 @@ pub(super) const PASSED_HZ: f64 = 80.0;
 /// Pitches are harmonics of each other within this share.
 const SAME_PITCH: f64 = 0.1;
 /// Share of what a pitch explains that its harmonic must explain to stand for it.
-const AS_MUCH: f64 = 0.9;
+pub(super) const AS_MUCH: f64 = 0.9;
 /// Samples with less than this share of the largest acceleration move at an even pace.
 const EVEN_PACE: f64 = 0.1;
 /// Where so large a share of the moving samples does, the others are left out.
@@ -66,7 +66,7 @@ pub fn pitches(
     columns: impl Fn(f64, Moment) -> Vec<f64>,
     most: usize,
 ) -> Vec<Pitch> {
-    let Some(grid) = Grid::of(screen, target) else { return Vec::new() };
+    let Some(grid) = Grid::of(screen, target, MOST_SAMPLES) else { return Vec::new() };
     let found: Vec<(f64, f64, Vec<f64>)> = grid
         .frequencies
         .iter()
@@ -87,7 +87,7 @@ pub fn pitches(
     let pitch = |frequency: f64, gain: f64, coefficients: Vec<f64>| Pitch {
         period: 1.0 / frequency,
         coefficients,
-        share: gain / grid.rest.norm_squared().max(f64::MIN_POSITIVE),
+        share: grid.share(gain),
     };
     let stated = screen.stated_pitches().into_iter().filter_map(|period| {
         grid.explain(TAU / period, &columns).map(|(gain, c)| pitch(1.0 / period, gain, c))
@@ -96,18 +96,22 @@ pub fn pitches(
     stated.chain(seen.map(|k| pitch(found[k].0, found[k].1, found[k].2.clone()))).collect()
 }
 
-struct Grid {
-    moments: Vec<Moment>,
-    base: Base,
+/// Moving samples with a target, and the spatial frequencies that they can tell.
+pub(super) struct Grid {
+    pub(super) moments: Vec<Moment>,
+    pub(super) base: Base,
+    target: DVector<f64>,
     /// Target with the base taken out.
     rest: DVector<f64>,
-    frequencies: Vec<f64>,
+    /// Spatial frequencies, one over a pitch each, evenly spaced.
+    pub(super) frequencies: Vec<f64>,
 }
 
 impl Grid {
-    fn of(screen: &Screen, target: &[f64]) -> Option<Self> {
+    /// The grid of at most so many samples.
+    pub(super) fn of(screen: &Screen, target: &[f64], most_samples: usize) -> Option<Self> {
         let moving = cruising(screen, target.len());
-        let every = moving.len().div_ceil(MOST_SAMPLES).max(1);
+        let every = moving.len().div_ceil(most_samples).max(1);
         let chosen: Vec<usize> = moving.into_iter().step_by(every).collect();
         if chosen.len() < 40 {
             return None;
@@ -127,22 +131,40 @@ impl Grid {
         let wanted = DVector::from_iterator(chosen.len(), chosen.iter().map(|&k| target[k]));
         let rest = base.rest_of(&wanted);
         let frequencies = frequencies(&moments, screen.longest_pitch())?;
-        Some(Self { moments, base, rest, frequencies })
+        Some(Self { moments, base, target: wanted, rest, frequencies })
     }
 
     /// Sum of squares that the columns explain, and their coefficients.
     fn explain(&self, rate: f64, columns: &impl Fn(f64, Moment) -> Vec<f64>) -> Option<(f64, Vec<f64>)> {
         let rows: Vec<Vec<f64>> = self.moments.iter().map(|m| columns(rate, *m)).collect();
         let width = rows.first()?.len();
-        let matrix = DMatrix::from_fn(rows.len(), width, |r, c| rows[r][c]);
-        let matrix = self.base.rest_of_each(&matrix);
+        self.explained(&DMatrix::from_fn(rows.len(), width, |r, c| rows[r][c]), &self.base)
+    }
+
+    /// The same of given columns beside another base.
+    pub(super) fn explained(&self, columns: &DMatrix<f64>, base: &Base) -> Option<(f64, Vec<f64>)> {
+        let (matrix, width) = (base.rest_of_each(columns), columns.ncols());
         let gram = matrix.transpose() * &matrix;
         let size = gram.diagonal().max();
-        let right = matrix.transpose() * &self.rest;
+        // The columns have nothing of the base left: what the base explains of the target does not count.
+        let right = matrix.transpose() * &self.target;
         // Columns that the base all but explains would blow up: a ridge far below any real column.
         let ridge = DMatrix::from_diagonal_element(width, width, 1e-6 * size.max(f64::MIN_POSITIVE));
         let solution = (gram + ridge).cholesky()?.solve(&right);
         Some((solution.dot(&right), solution.iter().copied().collect()))
+    }
+
+    /// A sum of squares as a share of the target's, base taken out.
+    pub(super) fn share(&self, gain: f64) -> f64 {
+        gain / self.rest.norm_squared().max(f64::MIN_POSITIVE)
+    }
+
+    /// From one spatial frequency to the next.
+    pub(super) fn spacing(&self) -> f64 {
+        match self.frequencies[..] {
+            [first, second, ..] => second - first,
+            _ => 0.0,
+        }
     }
 }
 
@@ -155,22 +177,6 @@ fn cruising(screen: &Screen, count: usize) -> Vec<usize> {
     let is_even = |k: &usize| screen.acceleration[*k].abs() <= EVEN_PACE * most;
     let even: Vec<usize> = moving.iter().copied().filter(is_even).collect();
     if even.len() as f64 >= ENOUGH * moving.len() as f64 { even } else { moving }
-}
-
-/// Gram–Schmidt; a column that the others explain becomes zero.
-pub(super) fn orthonormal(mut matrix: DMatrix<f64>) -> DMatrix<f64> {
-    for c in 0..matrix.ncols() {
-        let full = matrix.column(c).norm();
-        for before in 0..c {
-            let share = matrix.column(before).dot(&matrix.column(c));
-            let other = matrix.column(before).into_owned();
-            matrix.column_mut(c).axpy(-share, &other, 1.0);
-        }
-        let norm = matrix.column(c).norm();
-        let scale = if norm > 1e-9 * full && norm > 0.0 { 1.0 / norm } else { 0.0 };
-        matrix.column_mut(c).scale_mut(scale);
-    }
-    matrix
 }
 
 fn frequencies(moments: &[Moment], longest: f64) -> Option<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! What a fit knows before it starts: motion and missing force along the training runs.
 
-use super::periodogram::orthonormal;
+use super::orthonormal::orthonormal;
 use crate::effect::Constants;
 use crate::solid::Weight;
 use crate::units::Motion;
@@ -222,6 +222,19 @@ impl Base {
     pub fn of(motion: &[[f64; 3]]) -> Self {
         let column = |row: usize, column: usize| motion[row].get(column).copied().unwrap_or(1.0);
         Self(orthonormal(DMatrix::from_fn(motion.len(), 4, column)))
+    }
+
+    /// With further columns.
+    pub fn with(&self, blocks: &[DMatrix<f64>]) -> Self {
+        let width = self.0.ncols();
+        let mut all =
+            self.0.clone().resize_horizontally(width + blocks.iter().map(DMatrix::ncols).sum::<usize>(), 0.0);
+        let mut from = width;
+        for block in blocks {
+            all.columns_mut(from, block.ncols()).copy_from(block);
+            from += block.ncols();
+        }
+        Self(orthonormal(all))
     }
 
     /// What it leaves of a column.

@@ -1,6 +1,6 @@
-//! The verdict: what the evidence says, unless something forbids to say it.
+//! The decision: what the evidence says, unless something forbids to say it.
 //!
-//! Every verdict passes here: nothing else sets one.
+//! One pure function of the evidence and the grounds for withholding. Every verdict passes here: nothing else sets one.
 
 use super::check::{Finding, Severity};
 use super::prove::RigidBody;
@@ -73,7 +73,76 @@ pub struct Grounds<'a> {
     pub rigid_body: Option<&'a RigidBody>,
 }
 
-/// The verdict on evidence that speaks for `evident`, and what forbids to give that.
+/// The limits of the decision.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Posterior probability from which something is decided.
+    pub probability: f64,
+    /// Share of the gap's power up to which it may stay open where the noise was seen in the recording, ten times as much where it is
+    /// only stated. A thousandth is 3 % of the amplitude, as stated constants and the form of a law are known.
+    pub open_share: f64,
+    /// What may stay open of a gap that is closed to nine tenths, as a multiple of the noise: less need not be named.
+    pub small_gap: f64,
+}
+
+impl Default for Limits {
+    fn default() -> Self {
+        Self { probability: 0.7, open_share: 1e-3, small_gap: 3.0 }
+    }
+}
+
+/// Up to this gap nothing is left that noise would not leave: noise that was measured is known to 0.15 (logarithmic standard
+/// deviation), and 1.25 is e^(1.5·0.15).
+pub const ADEQUATE_GAP: f64 = 1.25;
+/// Share of a gap from which it is closed for the most part.
+pub const LARGELY_CLOSED: f64 = 0.9;
+/// Noise that is only stated may be three times what it is, and its power ten times.
+const STATED_NOISE: f64 = 10.0;
+
+/// What the evidence comes to for the most probable explanation.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Whether it has effects.
+    pub names_effects: bool,
+    /// G of the twin as it is.
+    pub gap_before: f64,
+    /// G with the explanation in the twin.
+    pub gap_after: f64,
+    /// Share of the gap's power that its effects close beside calibration.
+    pub closed: f64,
+    /// Whether the noise was seen in the recording.
+    pub noise_is_measured: bool,
+    /// Posterior probability that all of its effects act.
+    pub probability: f64,
+}
+
+impl Evidence {
+    /// The verdict that the evidence gives.
+    ///
+    /// - `no_gap`: no effect is named, and noise is all that is left.
+    /// - `unknown`: more is left than noise leaves, a small gap, or the share that may stay open.
+    /// - `cause`: little is left, and the effects named act with the probability that decides.
+    /// - `undecided`: little is left, and other effects may act in their place.
+    pub fn verdict(&self, limits: &Limits) -> Verdict {
+        let is_quiet = self.gap_after <= ADEQUATE_GAP;
+        if !self.names_effects {
+            return if is_quiet || self.gap_before <= ADEQUATE_GAP {
+                Verdict::NoGap
+            } else {
+                Verdict::Unknown
+            };
+        }
+        let open = limits.open_share * if self.noise_is_measured { 1.0 } else { STATED_NOISE };
+        let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY_CLOSED;
+        match self.probability >= limits.probability {
+            _ if !(is_quiet || is_small || self.closed >= 1.0 - open) => Verdict::Unknown,
+            true => Verdict::Cause,
+            false => Verdict::Undecided,
+        }
+    }
+}
+
+/// The verdict on evidence, and what forbids to give it.
 ///
 /// A fatal finding in the data forbids every verdict but `unknown`.
 ///
@@ -82,7 +151,8 @@ pub struct Grounds<'a> {
 ///
 /// A rigid-body proof that fails forbids `cause`, and `unknown` that calls its causes found in part. `no_gap` has no explanation to
 /// prove. `undecided` names none: the proof is of one of several explanations and does not judge the others.
-pub fn decide(evident: Verdict, grounds: &Grounds) -> (Verdict, Option<Withheld>) {
+pub fn decide(evidence: &Evidence, limits: &Limits, grounds: &Grounds) -> (Verdict, Option<Withheld>) {
+    let evident = evidence.verdict(limits);
     let proof =
         || matches!(evident, Verdict::Cause | Verdict::Unknown).then(|| failed_proof(grounds)).flatten();
     match faulty_data(grounds).or_else(|| unexplained_reference(grounds)).or_else(proof) {
@@ -129,7 +199,57 @@ fn unexplained_reference(grounds: &Grounds) -> Option<Withheld> {
 mod tests {
     use super::*;
 
+    const LIMITS: Limits = Limits { probability: 0.7, open_share: 1e-3, small_gap: 3.0 };
     const ALL: [Verdict; 4] = [Verdict::NoGap, Verdict::Cause, Verdict::Undecided, Verdict::Unknown];
+
+    /// Beside a gap of 1000, nearly all closed, by effects that act for certain.
+    const CLEAR: Evidence = Evidence {
+        names_effects: true,
+        gap_before: 1000.0,
+        gap_after: 1.0,
+        closed: 1.0,
+        noise_is_measured: true,
+        probability: 1.0,
+    };
+
+    /// Evidence that gives this verdict.
+    fn evidence(verdict: Verdict) -> Evidence {
+        match verdict {
+            Verdict::NoGap => Evidence { names_effects: false, ..CLEAR },
+            Verdict::Cause => CLEAR,
+            Verdict::Undecided => Evidence { probability: 0.5, ..CLEAR },
+            Verdict::Unknown => Evidence { gap_after: 100.0, closed: 0.99, ..CLEAR },
+        }
+    }
+
+    fn decided(verdict: Verdict, grounds: &Grounds) -> (Verdict, Option<Withheld>) {
+        decide(&evidence(verdict), &LIMITS, grounds)
+    }
+
+    /// Beside a gap of 1000 × noise, 30 left are a thousandth of its power, 100 a hundredth: that much may stay open where the noise
+    /// was seen, and where it is only stated.
+    #[test]
+    fn exact_a_small_share_of_the_gap_may_stay_open() {
+        let verdict = |gap: f64, noise_is_measured: bool| {
+            let closed = 1.0 - (gap * gap - 1.0) / (1e6 - 1.0);
+            Evidence { gap_after: gap, closed, noise_is_measured, ..CLEAR }.verdict(&LIMITS)
+        };
+        assert_eq!([verdict(30.0, true), verdict(33.0, true)], [Verdict::Cause, Verdict::Unknown]);
+        assert_eq!([verdict(95.0, false), verdict(105.0, false)], [Verdict::Cause, Verdict::Unknown]);
+    }
+
+    /// A gap up to three times the noise may stay of one that is closed to nine tenths, and 1.25 of any.
+    #[test]
+    fn exact_a_small_gap_may_stay() {
+        let verdict = |gap_after: f64, closed: f64| Evidence { gap_after, closed, ..CLEAR }.verdict(&LIMITS);
+        assert_eq!([verdict(2.9, 0.91), verdict(2.9, 0.89)], [Verdict::Cause, Verdict::Unknown]);
+        assert_eq!([verdict(3.1, 0.91), verdict(1.24, 0.1)], [Verdict::Unknown, Verdict::Cause]);
+        let nothing = |gap_before: f64, gap_after: f64| {
+            Evidence { names_effects: false, gap_before, gap_after, ..CLEAR }.verdict(&LIMITS)
+        };
+        assert_eq!([nothing(9.0, 1.2), nothing(1.2, 9.0)], [Verdict::NoGap; 2]);
+        assert_eq!(nothing(9.0, 1.3), Verdict::Unknown);
+    }
 
     fn reference(verdict: Verdict) -> Before {
         Before { verdict, gap_after: 5.0 }
@@ -140,7 +260,7 @@ mod tests {
         let unknown = reference(Verdict::Unknown);
         for evident in ALL {
             let grounds = Grounds { reference: Some(unknown), ..Grounds::default() };
-            let (verdict, withheld) = decide(evident, &grounds);
+            let (verdict, withheld) = decided(evident, &grounds);
             assert_eq!((verdict, withheld.map(|w| w.by)), (Verdict::Unknown, Some(Veto::Reference)));
         }
     }
@@ -159,7 +279,7 @@ mod tests {
             let by = |severity| {
                 let checks = [finding(Severity::Note), finding(severity)];
                 let grounds = Grounds { checks: &checks, reference: Some(unknown), ..Grounds::default() };
-                decide(evident, &grounds).1.unwrap().by
+                decided(evident, &grounds).1.unwrap().by
             };
             assert_eq!(by(Severity::Fatal), Veto::Data);
             assert_eq!(by(Severity::Warning), Veto::Reference);
@@ -169,11 +289,11 @@ mod tests {
     #[test]
     fn exact_any_other_reference_and_none_leave_the_verdict_to_the_evidence() {
         for evident in ALL {
-            assert_eq!(decide(evident, &Grounds::default()), (evident, None));
+            assert_eq!(decided(evident, &Grounds::default()), (evident, None));
             for before in [Verdict::NoGap, Verdict::Cause, Verdict::Undecided] {
                 let reference = reference(before);
                 let grounds = Grounds { reference: Some(reference), ..Grounds::default() };
-                assert_eq!(decide(evident, &grounds), (evident, None));
+                assert_eq!(decided(evident, &grounds), (evident, None));
             }
         }
     }
@@ -187,7 +307,7 @@ mod tests {
         let by = |evident, closed, upper| {
             let proof = proof(closed, upper);
             let (verdict, withheld) =
-                decide(evident, &Grounds { rigid_body: Some(&proof), ..Grounds::default() });
+                decided(evident, &Grounds { rigid_body: Some(&proof), ..Grounds::default() });
             (verdict, withheld.map(|w| w.by))
         };
         let failed = Some(Veto::RigidBody);
