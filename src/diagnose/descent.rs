@@ -1,7 +1,7 @@
 //! Levenberg–Marquardt between bounds: from a start to where a hypothesis fits best.
 
 use super::bounded;
-use super::fit::Care;
+use super::care::Care;
 use super::hypothesis::Free;
 use super::objective::Objective;
 use crate::error::Result;

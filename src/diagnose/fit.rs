@@ -1,5 +1,6 @@
 //! Bounded least squares of a hypothesis on training runs.
 
+pub use super::care::{Care, Sensitivities};
 use super::descent::{Arrived, descend};
 use super::experiment::Experiment;
 use super::hypothesis::{EffectSet, Free, Freedom, Hypothesis};
@@ -29,6 +30,9 @@ pub struct Fit {
     pub shown: EffectSet,
 }
 
+/// Rows that rough fits take at most.
+const ROUGH_ROWS: usize = 20_000;
+
 impl Fit {
     /// What the calibration strains belief: half the sum of squares of its deviations in standard deviations, with the
     /// tolerance as two of them.
@@ -46,6 +50,24 @@ impl Fit {
         all.sum::<f64>().max(0.0).sqrt()
     }
 
+    /// Its sensitivities.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub fn sensitivities(
+        &self,
+        machine: &Machine,
+        experiments: &[Experiment],
+        floor: &Floor,
+    ) -> Result<Sensitivities> {
+        let mut objective = Objective::new(machine, &self.hypothesis, experiments, floor);
+        let rows: usize = experiments.iter().map(|e| objective.rows(e) * e.signals().len()).sum();
+        objective.stride = rows.div_ceil(ROUGH_ROWS).max(1);
+        let residuals = objective.residuals(&self.values)?;
+        let columns = objective.jacobian(&self.values, &residuals, None)?;
+        Ok(Sensitivities { free: self.hypothesis.free.clone(), columns, stride: objective.stride })
+    }
+
     /// The machine as fitted.
     ///
     /// # Errors
@@ -55,82 +77,8 @@ impl Fit {
     }
 }
 
-/// Steps along a narrow, curved valley are short: motor constants, mass and friction compensate each other.
-const MOST_ITERATIONS: usize = 60;
-/// Iterations of a fit that only has to show whether a hypothesis matters.
-const ROUGH_ITERATIONS: usize = 8;
-/// Relative fall of the sum of squares below which a rough fit has arrived.
-const ROUGHLY_ARRIVED: f64 = 3e-3;
 /// Starts that are descended from at most.
 const DESCENTS: usize = 3;
-/// Relative fall of the sum of squares below which the fit has arrived.
-const ARRIVED: f64 = 1e-7;
-
-/// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.
-///
-/// They change slowly with what is added: a fit that takes the old ones for the numbers it shares still descends, a
-/// little less directly, and needs replays for its own numbers only.
-#[derive(Debug, Clone)]
-pub struct Sensitivities {
-    free: Vec<Free>,
-    columns: DMatrix<f64>,
-    pub(super) stride: usize,
-}
-
-/// Rows that rough fits take at most.
-const ROUGH_ROWS: usize = 20_000;
-
-impl Sensitivities {
-    /// The sensitivities of a fit.
-    ///
-    /// # Errors
-    /// A setting of a run that the machine does not have.
-    pub fn of(machine: &Machine, fit: &Fit, experiments: &[Experiment], floor: &Floor) -> Result<Self> {
-        let mut objective = Objective::new(machine, &fit.hypothesis, experiments, floor);
-        let rows: usize = experiments.iter().map(|e| objective.rows(e) * e.signals().len()).sum();
-        objective.stride = rows.div_ceil(ROUGH_ROWS).max(1);
-        let residuals = objective.residuals(&fit.values)?;
-        let columns = objective.jacobian(&fit.values, &residuals, None)?;
-        Ok(Self { free: fit.hypothesis.free.clone(), columns, stride: objective.stride })
-    }
-
-    pub(super) fn column(&self, free: &Free) -> Option<DVector<f64>> {
-        let place = self.free.iter().position(|own| own.path == free.path)?;
-        Some(self.columns.column(place) * (free.scale / self.free[place].scale))
-    }
-}
-
-/// How much a fit is worth.
-#[derive(Debug, Clone, Copy)]
-pub enum Care<'a> {
-    /// Good enough to see which hypotheses matter: known sensitivities, few iterations.
-    Rough(&'a Sensitivities),
-    /// To the end, with sensitivities of its own.
-    Thorough,
-}
-
-impl<'a> Care<'a> {
-    pub(super) fn iterations(self) -> usize {
-        match self {
-            Self::Rough(_) => ROUGH_ITERATIONS,
-            Self::Thorough => MOST_ITERATIONS,
-        }
-    }
-
-    pub(super) fn arrived(self) -> f64 {
-        match self {
-            Self::Rough(_) => ROUGHLY_ARRIVED,
-            Self::Thorough => ARRIVED,
-        }
-    }
-
-    pub(super) fn known(self) -> Option<&'a Sensitivities> {
-        match self {
-            Self::Rough(known) => Some(known),
-            Self::Thorough => None,
-        }
-    }
-}
 
 /// Fits a hypothesis from its starts, or from `warm` alone, and keeps the best.
 ///

@@ -1,9 +1,7 @@
 //! Higher harmonics of what repeats along the axis: found as a further pitch, told as part of the first one.
 
+use super::cause::{Cause, Harmonic};
 use super::parameter::Parameter;
-use super::verdict::Cause;
-use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// Harmonics from this order on are no parameters of the law with the pitch itself.
 const FIRST_ORDER: f64 = 3.0;
@@ -18,17 +16,6 @@ const WHOLE_IF_SMALL: f64 = 0.1;
 const SMALL: f64 = 0.1;
 /// An interval that is wider holds a whole number by chance more often than once in ten times.
 const WIDEST: f64 = 0.05;
-
-/// A harmonic that the law with the pitch does not have: it is in the machine as a further pitch.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Harmonic {
-    /// Pitch over its period.
-    pub order: u32,
-    /// Effect that it is in the machine.
-    pub effect: String,
-    /// That effect's parameters.
-    pub parameters: BTreeMap<String, Parameter>,
-}
 
 /// Makes causes that are harmonics of another one of their group part of that one, and returns their effects.
 ///
@@ -97,6 +84,7 @@ fn key_of_order(key: &str, order: u32) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::BTreeMap;
 
     fn parameter(value: f64, half: f64) -> Parameter {
         Parameter { value, ci95: [value - half, value + half], unit: "m".to_owned(), twin: f64::NAN }

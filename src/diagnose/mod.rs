@@ -6,6 +6,8 @@
 mod amplitude;
 mod attribute;
 mod bounded;
+pub mod care;
+pub mod cause;
 pub mod check;
 pub mod compare;
 mod conclude;

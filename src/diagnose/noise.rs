@@ -1,6 +1,7 @@
 //! The noise floor: how much of each signal not even a perfect twin could predict.
 
 mod dwell;
+mod standstill;
 mod vibration;
 
 use super::experiment::Experiment;

@@ -1,7 +1,7 @@
 //! What a fit minimises.
 
+use super::care::{Care, Sensitivities};
 use super::experiment::Experiment;
-use super::fit::{Care, Sensitivities};
 use super::hypothesis::{Freedom, Hypothesis, TOLERANCE_SIGMAS};
 use super::noise::Floor;
 use crate::error::Result;

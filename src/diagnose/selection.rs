@@ -4,7 +4,7 @@ use super::Progress;
 use super::estimate::Screen;
 use super::evidence::Score;
 use super::experiment::Experiment;
-use super::fit::{Care, Fit, Sensitivities, fit};
+use super::fit::{Care, Fit, fit};
 use super::floors::Floors;
 use super::found::{Base, Candidate, Found, posterior};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified};
@@ -103,7 +103,7 @@ impl Search<'_> {
         if !found.bases.contains_key(&index) {
             let fit = &found.candidates[index].fit;
             let machine = fit.machine(self.machine)?;
-            let sensitivities = Sensitivities::of(self.machine, fit, self.training, &self.floors.common)?;
+            let sensitivities = fit.sensitivities(self.machine, self.training, &self.floors.common)?;
             let screen = motion::screen(self.training, &machine)?;
             let effects = self.catalogue.iter().copied();
             let set = &fit.hypothesis.effects;

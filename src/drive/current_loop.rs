@@ -1,7 +1,7 @@
 //! A torque-controlled amplifier: a closed current loop around the winding.
 
 use super::amplifier::Amplifier;
-use super::motor::Circuit;
+use super::circuit::Circuit;
 use serde::{Deserialize, Serialize};
 
 /// A current loop of first order with the torque constant of the motor behind it.
@@ -76,7 +76,7 @@ impl CurrentLoop {
 
 #[cfg(test)]
 mod tests {
-    use super::super::motor::CircuitStep;
+    use super::super::circuit::CircuitStep;
     use super::*;
 
     const LOOP: CurrentLoop = CurrentLoop {

@@ -1,5 +1,6 @@
 //! What a machine file says.
 
+use super::bounds::{CORRECT, finite, positive, range, within, zero_or_more};
 use super::{CrosscheckPlan, Provenance, Tolerance, TunePlan};
 use crate::base::Mode;
 use crate::controller::filter::MOST_FILTERS;
@@ -11,7 +12,6 @@ use crate::effect::{EffectId, Effects};
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::guide::Guide;
 use crate::sensor::{CurrentSensor, Encoder, LoadSensor};
-use crate::units::{SMALLEST, largest};
 use serde::{Deserialize, Serialize};
 
 /// Sample periods of controllers, in s: faster than any drive's current loop, slower than any position loop.
@@ -296,41 +296,6 @@ fn faulty(table: &str, fault: &str) -> Error {
     let name = fault.split_once(" = ").map(|(name, _)| name).filter(is_name);
     let key = name.map_or_else(|| table.to_owned(), |name| format!("{table}.{name}"));
     toml_text::explained(Error::new(ErrorKind::OutOfRange).key(key), fault).remedy(CORRECT)
-}
-
-fn range(key: &str, value: f64, expected: &str) -> Error {
-    let kind = if value.is_finite() { ErrorKind::OutOfRange } else { ErrorKind::NotFinite };
-    Error::new(kind).key(key).found(value.to_string()).expected(expected).remedy(CORRECT)
-}
-
-const CORRECT: &str = "correct the value; every key is in SI units as its name says";
-
-/// Refuses what is not finite, or smaller or larger in magnitude than said.
-fn within(key: &str, value: f64, least: f64, largest: f64) -> Result<()> {
-    if value >= least && value.abs() <= largest {
-        return Ok(());
-    }
-    let low = match least {
-        l if l > 0.0 => "more than zero",
-        0.0 => "zero or more",
-        _ => "a finite number",
-    };
-    Err(range(key, value, &format!("{low}, at most {largest:e}")))
-}
-
-/// Refuses what is not finite, or beyond any machine.
-pub(super) fn finite(key: &str, value: f64) -> Result<()> {
-    within(key, value, f64::NEG_INFINITY, largest(key))
-}
-
-/// Refuses what is not finite and more than zero, or beyond any machine.
-pub(super) fn positive(key: &str, value: f64) -> Result<()> {
-    within(key, value, SMALLEST, largest(key))
-}
-
-/// Refuses what is not finite and zero or more, or beyond any machine.
-pub(super) fn zero_or_more(key: &str, value: f64) -> Result<()> {
-    within(key, value, 0.0, largest(key))
 }
 
 /// Refuses a gain with which the loop would drive the axis away from its reference.

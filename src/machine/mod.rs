@@ -3,6 +3,7 @@
 //! A machine is a folder with `machine.toml`, the URDF and meshes it names, and a README that gives the
 //! source of every number. A new machine is a new folder; nothing in this crate knows one by name.
 
+mod bounds;
 mod carried;
 mod criterion;
 mod description;

@@ -1,6 +1,6 @@
 //! What commands do with a machine where nothing else is asked; nothing that the twin reads.
 
-use super::description::{finite, positive, zero_or_more};
+use super::bounds::{finite, positive, zero_or_more};
 use crate::error::{Error, ErrorKind, Result};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

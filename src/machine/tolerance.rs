@@ -1,6 +1,6 @@
 //! How far a stated constant may be off before that counts as a cause.
 
-use super::description::zero_or_more;
+use super::bounds::zero_or_more;
 use crate::error::Result;
 use serde::{Deserialize, Serialize};
 

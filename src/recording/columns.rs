@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt;
 
-use super::document::{Document, Step};
-use super::manifest::{number, text_at};
+use super::document::{Document, Step, number, text_at};
 use super::signal::{Signal, TIME_KEY};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion, Unit};

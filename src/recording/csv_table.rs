@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 use sha2::{Digest, Sha256};
 
 use super::dialect::{Dialect, decimal};
+use super::file_columns::{Columns, no_rows};
 use super::halscope;
 use super::run::hex;
 use super::series::{Series, together};
-use super::table::{Columns, no_rows};
 use crate::error::{Error, ErrorKind, Result, plain};
 
 /// Columns with empty fields have so many values at least; fewer do not tell a rate.

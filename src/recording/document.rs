@@ -100,3 +100,22 @@ impl Document {
         at.map(|start| line_of(&self.text, start))
     }
 }
+
+/// A number, whole or not.
+pub(super) fn number(value: &toml::Value) -> Option<f64> {
+    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
+}
+
+/// An optional text.
+pub(super) fn text_at<'a>(
+    document: &Document,
+    table: &'a toml::Table,
+    base: &[Step<'_>],
+    key: &str,
+) -> Result<Option<&'a str>> {
+    let Some(value) = table.get(key) else { return Ok(None) };
+    value.as_str().map(Some).ok_or_else(|| {
+        let steps = [base, &[Step::Key(key)]].concat();
+        document.wrong_type(&steps, value, "a text in quotes")
+    })
+}

@@ -2,9 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use super::file_columns::{Columns, no_rows};
 use super::series::{Series, together};
 use super::signal::TIME_KEY;
-use super::table::{Columns, no_rows};
 use crate::error::{Error, ErrorKind, Result, plain};
 
 /// Characters of a column's name.

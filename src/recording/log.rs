@@ -12,19 +12,9 @@ use super::outline;
 use super::range::TimeRange;
 use super::read::{Content, assembled};
 use super::signal::Signal;
-use super::table::Table;
+use super::table::{ENDINGS, Table, is_table};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::{Dimension, Motion, Unit};
-
-/// Endings of table files, of which a folder of logs is taken together.
-const ENDINGS: [&str; 12] =
-    ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5", "xml"];
-
-/// Whether a file has the ending of a table.
-pub(super) fn is_table(path: &Path) -> bool {
-    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-    ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
-}
 
 /// What one column holds, given by hand: `pos_act=position_m:mm`, or `pos_act=-` for nothing.
 #[derive(Debug, Clone, PartialEq)]
@@ -173,8 +163,7 @@ fn files(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
         let mut own: Vec<PathBuf> = Vec::new();
         for entry in std::fs::read_dir(path).map_err(failed)? {
             let file = entry.map_err(failed)?.path();
-            let ending = file.extension().map(|ending| ending.to_string_lossy().to_lowercase());
-            if file.is_file() && ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str())) {
+            if file.is_file() && is_table(&file) {
                 own.push(file);
             }
         }

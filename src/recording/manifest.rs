@@ -5,10 +5,10 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use super::columns::ColumnMap;
-use super::document::{Document, Step};
-use super::log;
+use super::document::{Document, Step, number, text_at};
 use super::range::TimeRange;
 use super::run::Role;
+use super::table::is_table;
 use crate::confine;
 use crate::error::{Error, ErrorKind, Result, spelling};
 use crate::units::Motion;
@@ -247,7 +247,7 @@ fn check_confined(path: &Path, folder: &Path, data_folder: &Path) -> Result<()> 
         return Err(outside);
     }
     confine::check(path, &[folder, data_folder])?;
-    if log::is_table(path) {
+    if is_table(path) {
         return Ok(());
     }
     Err(Error::new(ErrorKind::Inconsistent)
@@ -287,25 +287,6 @@ fn flatten(table: &toml::Table, prefix: &str, settings: &mut BTreeMap<String, to
             }
         }
     }
-}
-
-/// A number, whole or not.
-pub(super) fn number(value: &toml::Value) -> Option<f64> {
-    value.as_float().or_else(|| value.as_integer().map(|whole| whole as f64))
-}
-
-/// An optional text.
-pub(super) fn text_at<'a>(
-    document: &Document,
-    table: &'a toml::Table,
-    base: &[Step<'_>],
-    key: &str,
-) -> Result<Option<&'a str>> {
-    let Some(value) = table.get(key) else { return Ok(None) };
-    value.as_str().map(Some).ok_or_else(|| {
-        let steps = [base, &[Step::Key(key)]].concat();
-        document.wrong_type(&steps, value, "a text in quotes")
-    })
 }
 
 #[cfg(test)]

@@ -43,6 +43,7 @@ mod csv_table;
 mod decode;
 mod dialect;
 mod document;
+mod file_columns;
 mod halscope;
 mod kinematics;
 mod likely;

@@ -15,9 +15,9 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::types::Type;
 use rayon::prelude::*;
 
+use super::file_columns::{Columns, no_rows};
 use super::parquet_pages::{SoundPages, lies_inside};
 use super::run::file_sha256;
-use super::table::{Columns, no_rows};
 use crate::error::guarded::guarded;
 use crate::error::{Error, ErrorKind, Result, plain};
 

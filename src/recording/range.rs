@@ -2,8 +2,7 @@
 
 use std::ops::Range;
 
-use super::document::{Document, Step};
-use super::manifest::number;
+use super::document::{Document, Step, number};
 use crate::error::{Error, ErrorKind, Result};
 
 /// A time stamp that misses an end of the range by less, in s, stands on it: rounding of decimal numbers.

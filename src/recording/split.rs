@@ -239,7 +239,7 @@ fn metadata_key(metadata: &toml::Table) -> Vec<(String, String)> {
     metadata
         .iter()
         .map(|(key, value)| {
-            let number = super::manifest::number(value);
+            let number = super::document::number(value);
             (key.clone(), number.map_or_else(|| value.to_string(), sortable))
         })
         .collect()

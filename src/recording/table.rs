@@ -1,9 +1,9 @@
 //! A table file, text, Parquet or one of other formats: column names first, then the columns that are wanted.
 
-use std::ops::Range;
 use std::path::Path;
 
 use super::csv_table::CsvTable;
+use super::file_columns::Columns;
 use super::loaded_table::LoadedTable;
 use super::parquet_table::ParquetTable;
 use super::run::hex;
@@ -12,29 +12,9 @@ use sha2::{Digest, Sha256};
 
 use crate::error::{Error, ErrorKind, Result};
 
-/// The columns that were asked for, as they stand in the file.
-#[derive(Debug)]
-pub(super) struct Columns {
-    /// Row of the first sample: 2 below the header of a CSV file, 1 in a Parquet file.
-    pub(super) first_row: u64,
-    /// One vector a wanted column, all of one length, all finite.
-    pub(super) values: Vec<Vec<f64>>,
-    /// SHA-256 of the file.
-    pub(super) sha256: String,
-    /// What was done to read it so, in words; empty where it was plain.
-    pub(super) remarks: Vec<String>,
-}
-
-impl Columns {
-    /// Keeps these samples only; rows are still counted as in the file.
-    pub(super) fn cut(&mut self, samples: Range<usize>) {
-        for column in &mut self.values {
-            column.truncate(samples.end);
-            column.drain(..samples.start.min(column.len()));
-        }
-        self.first_row += samples.start as u64;
-    }
-}
+/// Endings of table files, of which a folder of logs is taken together.
+pub(super) const ENDINGS: [&str; 12] =
+    ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5", "xml"];
 
 /// What is in a table file before anything is mapped.
 #[derive(Debug, Clone, PartialEq)]
@@ -159,10 +139,8 @@ fn text(path: &Path) -> Result<Table> {
     CsvTable::new(path, text, hash, encoding).map(Table::Csv)
 }
 
-/// The refusal of a file without a single row.
-pub(super) fn no_rows() -> Error {
-    Error::new(ErrorKind::TooLittleData)
-        .found("a header without rows")
-        .expected("at least one row of numbers")
-        .remedy("take the run out of the recording, or record it again")
+/// Whether a file has the ending of a table.
+pub(super) fn is_table(path: &Path) -> bool {
+    let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase());
+    ending.is_some_and(|ending| ENDINGS.contains(&ending.as_str()))
 }

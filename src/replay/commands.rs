@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use super::compared::{DrivenBy, check, driven_by};
 use super::recorded::ENABLED;
-use super::{PlantChoice, Traces, check_travel, run};
+use super::travel::check_travel;
+use super::{PlantChoice, Traces, run};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::{Plant, axis::Axis, mujoco::MujocoRig, rapier::Rig};

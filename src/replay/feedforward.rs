@@ -1,14 +1,12 @@
-//! Replay with a feed-forward: what the controller adds because it knows the motion beforehand.
+//! Feed-forward: what the controller adds because it knows the motion beforehand.
 
-use super::{Recorded, Traces};
 use crate::controller::ReferenceDelay;
 use crate::drive::motor::Circuit;
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use crate::machine::Machine;
-use crate::plant::Plant;
 use crate::recording::{FEEDFORWARD_KEY, Run, Signal};
 use crate::solid::Weight;
-use crate::twin::{Command, Sensing};
+use crate::twin::Command;
 use serde::{Deserialize, Serialize};
 
 /// Inverse-dynamics feed-forward: the force that the reference motion needs, added to the controller's effort.
@@ -57,22 +55,6 @@ pub enum Direction {
     Reference,
     /// The controller's estimate from the encoder: of a recorded run the logged one, of a twin its own of the sample before.
     Measured,
-}
-
-/// A replay with a feed-forward: the traces, and what was fed forward beside the effort.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Compensated {
-    /// What the replay yields; the effort is what the controller's feedback was left to command.
-    pub traces: Traces,
-    /// What was fed forward in V, a number a sample.
-    pub feedforward_v: Vec<f64>,
-}
-
-impl Compensated {
-    /// The voltage commanded to the amplifier, in V.
-    pub fn whole_v(&self) -> Vec<f64> {
-        self.traces.effort_v.iter().zip(&self.feedforward_v).map(|(own, forward)| own + forward).collect()
-    }
 }
 
 impl Feedforward {
@@ -127,34 +109,10 @@ impl Feedforward {
         let voltage = |k: usize| course.voltage(k, measured.map_or(0.0, |velocity| velocity[k]));
         Ok(Some((0..commands.len()).map(voltage).collect()))
     }
-
-    /// Replays a recorded run in closed loop on a plant, with this feed-forward in the place of the one that it states.
-    pub fn replay<P: Plant>(
-        &self,
-        recorded: &Recorded,
-        machine: &Machine,
-        plant: P,
-        sensing: Sensing,
-    ) -> Compensated {
-        let commands = recorded.commands();
-        let course = Course::of(*self, commands, machine);
-        let mut measured = recorded.start().velocity;
-        let mut twin = recorded.twin_fed(machine, plant, sensing, course.voltage(0, measured));
-        let mut traces = Traces::with_capacity(commands.len());
-        let mut fed_v = Vec::with_capacity(commands.len());
-        for (k, &command) in commands.iter().enumerate() {
-            let feedforward_v = course.voltage(k, measured);
-            let sample = twin.step(Command { feedforward_v, ..command });
-            measured = sample.velocity;
-            traces.push(sample);
-            fed_v.push(feedforward_v);
-        }
-        Compensated { traces, feedforward_v: fed_v }
-    }
 }
 
 /// A feed-forward along the references of a run.
-struct Course {
+pub(super) struct Course {
     forward: Feedforward,
     circuit: Circuit,
     /// Volts applied per volt of command.
@@ -166,7 +124,7 @@ struct Course {
 }
 
 impl Course {
-    fn of(forward: Feedforward, commands: &[Command], machine: &Machine) -> Self {
+    pub(super) fn of(forward: Feedforward, commands: &[Command], machine: &Machine) -> Self {
         let period_s = machine.description().sample_period_s;
         let mut delay = ReferenceDelay::new(machine.description().reference.delay_s, period_s);
         let seen = |command: &Command| {
@@ -184,7 +142,7 @@ impl Course {
     }
 
     /// Voltage at a sample; `measured` is the velocity that the controller estimates.
-    fn voltage(&self, k: usize, measured: f64) -> f64 {
+    pub(super) fn voltage(&self, k: usize, measured: f64) -> f64 {
         let Some(&[position, velocity]) = self.references.get(k) else { return 0.0 };
         let direction = match self.forward.direction {
             Direction::Reference => velocity,

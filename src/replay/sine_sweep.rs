@@ -98,7 +98,7 @@ impl SineSweep {
                 }
                 PlantChoice::Mujoco => self.driven(machine, MujocoRig::new(machine)?, sensing, *frequency_hz),
             };
-            super::check_travel(machine, &traces.position)?;
+            super::travel::check_travel(machine, &traces.position)?;
             runs.push(recorded(machine, name, traces, *frequency_hz)?);
             each(k + 1);
         }

@@ -3,7 +3,8 @@
 use super::Style;
 use super::layout::{Align, Table, labelled, paragraph};
 use super::number::{moved, percent, plain, ratio, twin, value, with_interval};
-use super::sentence::{described, is_resolved, name, placed, remains, times_noise};
+use super::remains::remains;
+use super::words::{described, is_resolved, name, placed, times_noise};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Reference};
 use crate::units::Motion;
@@ -26,11 +27,6 @@ pub(super) fn section(diagnosis: &Diagnosis, style: Style) -> String {
         out += &labelled("", LABEL, note, style);
     }
     out + &labelled("had", LABEL, &had(reference), style)
-}
-
-/// What the twin is called that the causes are added to.
-pub(super) fn baseline(diagnosis: &Diagnosis) -> &'static str {
-    if diagnosis.reference.is_some() { "twin of the reference" } else { "twin as it is" }
 }
 
 pub(super) fn runs(reference: &Reference) -> String {

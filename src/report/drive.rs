@@ -1,7 +1,7 @@
 //! What an engineer at the drive makes of a diagnosis: the following error, and which setting acts on each cause.
 
 use super::number::value;
-use super::sentence::listed;
+use super::words::listed;
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::Diagnosis;
 use crate::effect::EffectId;

@@ -1,10 +1,9 @@
 //! HOW FAR: the gap before and after, signal by signal and as a whole.
 
 use super::Style;
-use super::changes::baseline;
 use super::layout::{Align, Table, labelled};
 use super::number::{change, determination, percent, plain, value};
-use super::sentence::name;
+use super::words::{baseline, name};
 use crate::diagnose::Verdict;
 use crate::diagnose::noise::Source;
 use crate::diagnose::verdict::{Diagnosis, SignalGap};

@@ -1,17 +1,16 @@
 //! What was calibrated, what was noticed in the data, and what to do next.
 
 use super::Style;
+use super::findings::{Sentence, doubts, is_doubt, sentences};
 use super::layout::{Align, INDENT, Ink, Table, paragraph};
 use super::number::{interval, toml_number, twin, with_interval};
 use super::withheld;
 use super::wrap::{columns, wrap};
 use crate::diagnose::Verdict;
-use crate::diagnose::check::{Check, Finding, Severity};
+use crate::diagnose::check::{Check, Severity};
 use crate::diagnose::decide::Veto;
 use crate::diagnose::verdict::{Cause, Diagnosis};
 
-/// Runs that are named before the rest is only counted.
-const RUNS: usize = 4;
 /// Sentences about one kind of finding before the rest is only counted.
 const SENTENCES: usize = 3;
 
@@ -45,47 +44,6 @@ pub(super) fn calibration(diagnosis: &Diagnosis, style: Style) -> String {
     out
 }
 
-/// A finding, told once for all runs that it concerns.
-pub(super) struct Sentence<'a> {
-    /// What it is about.
-    pub(super) check: Check,
-    /// How much it matters.
-    pub(super) severity: Severity,
-    /// The runs.
-    pub(super) runs: Vec<&'a str>,
-    message: &'a str,
-    /// Number of all runs.
-    count: usize,
-}
-
-impl Sentence<'_> {
-    /// The sentence with its runs.
-    pub(super) fn text(&self) -> String {
-        match runs_text(&self.runs, self.count) {
-            Some(runs) => format!("{} ({runs})", self.message),
-            None => self.message.to_owned(),
-        }
-    }
-}
-
-/// What was noticed in the data, worst first.
-pub(super) fn sentences(diagnosis: &Diagnosis) -> Vec<Sentence<'_>> {
-    let count = diagnosis.data.training.len() + diagnosis.data.held_out.len();
-    let mut sentences: Vec<Sentence> = Vec::new();
-    for Finding { run, check, severity, message, .. } in &diagnosis.checks {
-        let is_same = |first: &Sentence| first.message == message && first.severity == *severity;
-        let place = sentences.iter().position(is_same).unwrap_or_else(|| {
-            sentences.push(Sentence { check: *check, severity: *severity, runs: Vec::new(), message, count });
-            sentences.len() - 1
-        });
-        if !run.is_empty() {
-            sentences[place].runs.push(run);
-        }
-    }
-    sentences.sort_by_key(|sentence| sentence.severity);
-    sentences
-}
-
 /// What was noticed in the data: warnings first, each sentence once with the runs it concerns. What stands above the verdict is
 /// left out.
 pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
@@ -105,19 +63,6 @@ pub(super) fn checks(diagnosis: &Diagnosis, style: Style) -> String {
     }
     out += &unsaid(&said, style);
     out
-}
-
-/// Findings that make a verdict doubtful, whatever it is: a twin that is not stable, a column that is not what it is taken for.
-const DOUBTS: [Check; 4] =
-    [Check::UnstableLoop, Check::StuckChannel, Check::SwappedSign, Check::ImplausibleUnit];
-
-fn is_doubt(sentence: &Sentence) -> bool {
-    sentence.severity == Severity::Warning && DOUBTS.contains(&sentence.check)
-}
-
-/// What makes the verdict doubtful, as sentences: it stands above the verdict.
-pub(super) fn doubts(diagnosis: &Diagnosis) -> Vec<String> {
-    sentences(diagnosis).iter().filter(|sentence| is_doubt(sentence)).map(Sentence::text).collect()
 }
 
 /// The same on a terminal.
@@ -152,15 +97,6 @@ fn item(text: &str, severity: Severity, style: Style) -> String {
         format!("{INDENT}{} {line}\n", if row == 0 { mark.as_str() } else { " " })
     };
     lines.iter().enumerate().map(row).collect()
-}
-
-pub(super) fn runs_text(runs: &[&str], count: usize) -> Option<String> {
-    match runs.len() {
-        0 => None,
-        all if all >= count && count > 1 => Some("all runs".to_owned()),
-        some if some <= RUNS => Some(runs.join(", ")),
-        some => Some(format!("{} and {} more runs", runs[..RUNS].join(", "), some - RUNS)),
-    }
 }
 
 /// What to do now.

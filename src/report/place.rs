@@ -1,9 +1,9 @@
 //! WHERE: the gap along the signal path, by phase, frequency, position and speed.
 
 use super::Style;
-use super::changes::baseline;
 use super::layout::{Align, INDENT, Table, bar, labelled};
 use super::number::{percent, range};
+use super::words::baseline;
 use super::wrap::columns;
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Band, Diagnosis, Share};

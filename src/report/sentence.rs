@@ -1,17 +1,15 @@
 //! The verdict as a sentence, with numbers and units.
 
 use super::changes;
-use super::number::{brief, brief_twin, percent, plain, probability, value};
-use super::place::{banded, named, top};
+use super::number::{percent, plain, probability, value};
+use super::remains::{largest, remains};
 use super::withheld;
+use super::words::{described, listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
-use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Ranked, SignalGap};
-use crate::effect::EffectId;
+use crate::diagnose::verdict::{Cause, Diagnosis, Ranked, SignalGap};
 use crate::recording::Signal;
 use crate::units::Motion;
 
-/// From this gap on, what remains behind the named causes is worth a sentence.
-const REMAINS: f64 = 1.5;
 /// A calibration that moved the gap by this much had a part in the result.
 const CALIBRATED: f64 = 0.05;
 /// An explanation with this share of the best one's probability is a rival.
@@ -36,25 +34,6 @@ pub fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
         Verdict::Unknown if diagnosis.is_found_in_part() => cause(diagnosis, motion),
         Verdict::Unknown => unknown(diagnosis, motion),
     }
-}
-
-/// The effect in a phrase, or its id where the catalogue does not know it.
-pub(super) fn phrase(effect: &str) -> String {
-    let known = EffectId::named(effect);
-    known.map_or_else(|| effect.replace('_', " "), |id| id.phrase().to_owned())
-}
-
-/// Phrases of several effects together; none: the twin as it is.
-pub(super) fn together(effects: &[String]) -> String {
-    match effects {
-        [] => "the twin as it is".to_owned(),
-        effects => effects.iter().map(|effect| phrase(effect)).collect::<Vec<_>>().join(" with "),
-    }
-}
-
-/// "multiples of noise".
-pub(super) fn times_noise(gap: f64) -> String {
-    format!("{} × noise", plain(gap))
 }
 
 fn no_gap(diagnosis: &Diagnosis) -> String {
@@ -94,21 +73,6 @@ fn is_new(cause: &Cause) -> bool {
     has_nothing && !phrase(&cause.effect).contains("stated")
 }
 
-/// What the causes leave open, as a sentence more.
-pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
-    let left = times_noise(diagnosis.gap.after);
-    match diagnosis.verdict {
-        Verdict::Unknown => {
-            format!(
-                " A gap of {left} remains that no effect of the catalogue explains{}.",
-                largest(diagnosis, motion)
-            )
-        }
-        _ if diagnosis.gap.after > REMAINS => format!(" A gap of {left} remains unexplained."),
-        _ => String::new(),
-    }
-}
-
 /// "The twin predicts position on unseen runs within 2.90 µm RMS (113 µm before). "
 fn prediction(signal: &SignalGap, motion: Motion) -> String {
     let unit = Signal::from_key(&signal.signal).map_or("", |(signal, _)| signal.si_unit(motion));
@@ -123,86 +87,6 @@ fn prediction(signal: &SignalGap, motion: Motion) -> String {
 fn position(signals: &[SignalGap]) -> Option<&SignalGap> {
     let is = |wanted| move |gap: &&SignalGap| Signal::from_key(&gap.signal).is_some_and(|(s, _)| s == wanted);
     signals.iter().find(is(Signal::Position)).or(signals.first())
-}
-
-/// A signal without its unit: "position", "control effort".
-pub(super) fn name(key: &str) -> String {
-    without_unit(key).replace('_', " ")
-}
-
-/// A key without the unit at its end.
-fn without_unit(key: &str) -> &str {
-    const UNITS: [&str; 21] = [
-        "_nm_per_rad",
-        "_n_s_per_m",
-        "_nm_s_per_rad",
-        "_m_per_s",
-        "_rad_per_s",
-        "_n_per_a",
-        "_nm_per_a",
-        "_n_per_m",
-        "_kg_m2",
-        "_kg_m",
-        "_ohm",
-        "_rad",
-        "_nm",
-        "_kg",
-        "_hz",
-        "_n",
-        "_m",
-        "_s",
-        "_v",
-        "_a",
-        "_h",
-    ];
-    UNITS.iter().find_map(|unit| key.strip_suffix(unit)).filter(|rest| !rest.is_empty()).unwrap_or(key)
-}
-
-/// "Coulomb friction on the guide, 15.0 ± 0.3 N".
-pub(super) fn described(cause: &Cause) -> String {
-    let alone = cause.parameters.len() == 1;
-    // What is nothing within its interval is left to the table, unless nothing else would be told.
-    let tells = cause.told().any(|(_, parameter)| is_resolved(parameter));
-    let parameters: Vec<String> = cause
-        .told()
-        .filter(|(_, parameter)| !tells || is_resolved(parameter))
-        .map(|(key, parameter)| {
-            let number = brief(parameter);
-            let number = if alone { number } else { format!("{} {number}", name(key)) };
-            if parameter.twin == 0.0 || !parameter.twin.is_finite() {
-                number
-            } else {
-                format!("{number} instead of {}", brief_twin(parameter))
-            }
-        })
-        .collect();
-    let what = placed(cause);
-    if parameters.is_empty() { what } else { format!("{what}, {}", parameters.join(", ")) }
-}
-
-/// "Coulomb friction on the guide"; the place is not said twice.
-pub(super) fn placed(cause: &Cause) -> String {
-    let (what, site) = (phrase(&cause.effect), &cause.site);
-    if what.contains(site.as_str()) {
-        return what;
-    }
-    let at = if site == "guide" { "on" } else { "in" };
-    format!("{what} {at} the {site}")
-}
-
-/// Whether what the twin has lies outside the interval of what was found.
-pub(super) fn is_resolved(parameter: &Parameter) -> bool {
-    let [from, to] = parameter.ci95;
-    !(from..=to).contains(&parameter.twin)
-}
-
-/// "a, b and c".
-pub(super) fn listed(parts: &[String]) -> String {
-    match parts {
-        [] => String::new(),
-        [one] => one.clone(),
-        [first @ .., last] => format!("{} and {last}", first.join(", ")),
-    }
 }
 
 /// The named explanation and those that do without one of its effects, most probable first.
@@ -280,24 +164,6 @@ fn unknown(diagnosis: &Diagnosis, motion: Motion) -> String {
         );
     }
     text + &largest(diagnosis, motion) + "."
-}
-
-/// "; it is largest in phase “reverse” (41 %)": where what is left lies; empty where nothing is known of that.
-fn largest(diagnosis: &Diagnosis, motion: Motion) -> String {
-    let place = diagnosis.left.as_ref().map_or(&diagnosis.place, |left| &left.place);
-    let position = if motion == Motion::Prismatic { "m" } else { "rad" };
-    let largest = [
-        ("in phase “", top(named(&place.phase)), "”"),
-        ("at ", top(banded(&place.frequency_hz, "Hz")), ""),
-        ("at positions ", top(banded(&place.position, position)), ""),
-    ];
-    let parts: Vec<String> = largest
-        .into_iter()
-        .filter_map(|(before, entries, after)| {
-            entries.first().map(|(label, share)| format!("{before}{label}{after} ({})", percent(*share)))
-        })
-        .collect();
-    if parts.is_empty() { String::new() } else { format!("; it is largest {}", listed(&parts)) }
 }
 
 fn capitalised(text: &str) -> String {

@@ -1,29 +1,12 @@
 //! The report on a terminal.
 
 use super::layout::{Ink, labelled, paragraph};
+use super::style::{NARROWEST, Style};
 use super::{changes, drive, extent, follow_up, place, sentence, stretches, untested, which, withheld};
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::Diagnosis;
 use crate::units::Motion;
 
-/// How a report is set.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Style {
-    /// Whether colours may be used.
-    pub colour: bool,
-    /// Columns of a line; taken as 80 where less.
-    pub width: usize,
-}
-
-impl Default for Style {
-    /// Without colour, 80 columns.
-    fn default() -> Self {
-        Self { colour: false, width: NARROWEST }
-    }
-}
-
-/// Tables need this width.
-const NARROWEST: usize = 80;
 /// Width of the labels at the head.
 const LABEL: usize = 8;
 

@@ -2,7 +2,7 @@
 
 use super::Style;
 use super::layout::labelled;
-use super::sentence::{listed, phrase};
+use super::words::{listed, phrase};
 use crate::diagnose::untested::Untested;
 use crate::diagnose::verdict::Diagnosis;
 use crate::units::engineering;

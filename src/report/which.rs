@@ -1,9 +1,9 @@
 //! WHICH: the effects named, with parameters and rivals, and the best explanations of the ranking.
 
 use super::Style;
-use super::changes::baseline;
 use super::layout::{Align, Table, paragraph};
 use super::number::{NONE, angle, estimate, interval, percent, plain, probability, twin};
+use super::words::baseline;
 use crate::diagnose::Verdict;
 use crate::diagnose::verdict::{Cause, Diagnosis};
 

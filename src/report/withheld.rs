@@ -1,11 +1,10 @@
 //! Why a verdict is withheld: it stands above everything else.
 
 use super::Style;
-use super::changes::baseline;
-use super::follow_up::sentences;
+use super::findings::sentences;
 use super::layout::{Ink, paragraph};
 use super::number::percent;
-use super::sentence::{listed, placed, times_noise};
+use super::words::{baseline, listed, placed, times_noise};
 use crate::diagnose::check::Severity;
 use crate::diagnose::decide::{Veto, Withheld};
 use crate::diagnose::verdict::Diagnosis;

@@ -1,10 +1,8 @@
 //! A trial on disk.
 
 use super::engine::Engine;
-use super::seal::Sealed;
 use super::seed::Seed;
 use super::tier::Tier;
-use super::truth::Truth;
 use crate::effect::EffectId;
 use crate::error::{Error, ErrorKind, Result, toml_text};
 use serde::{Deserialize, Serialize};
@@ -164,11 +162,6 @@ impl Trial {
     /// Whether a case is forged.
     pub fn is_forged(&self, case: usize) -> bool {
         self.case_folder(case).join("recording.toml").is_file() && self.terms_file(case).is_file()
-    }
-
-    /// The sealed truth.
-    pub fn truth(&self) -> Sealed<Truth> {
-        Sealed::at(&Self::truth_file(&self.folder), &self.announcement.truth_sha256)
     }
 
     /// Where the truth of a trial in `folder` lies.

@@ -1,6 +1,7 @@
 //! The seal: a truth that opens only against committed verdicts.
 
 use super::folder::{Trial, sha256, write};
+use super::truth::Truth;
 use super::verdict::Said;
 use crate::error::{Error, ErrorKind, Result};
 use serde::de::DeserializeOwned;
@@ -132,6 +133,13 @@ fn opened(path: &Path) -> Result<Option<Opened>> {
             .expected("what opening a seal leaves behind")
             .remedy("forge a trial with another seed")
     })
+}
+
+impl Trial {
+    /// The sealed truth.
+    pub fn truth(&self) -> Sealed<Truth> {
+        Sealed::at(&Self::truth_file(&self.folder), &self.announcement.truth_sha256)
+    }
 }
 
 /// Whether a trial's seal is open.

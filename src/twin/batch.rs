@@ -1,6 +1,6 @@
 //! Several parameter sets of one machine in one pass.
 
-use super::front::Front;
+use super::front::{Entry, Front};
 use super::path::Path;
 use super::{Command, Sample, Twin};
 use crate::guide::StepForce;
@@ -54,7 +54,7 @@ impl Batch {
         for (lane, path) in paths.iter().enumerate() {
             (0..path.steps()).for_each(|step| axes.switch_at(lane, path.switch(step)));
         }
-        let front = (driven == Driven::ByControllers).then(|| Front::of(&paths)).flatten();
+        let front = if driven == Driven::ByControllers { front(&paths) } else { None };
         let friction = constant_friction(&paths);
         Ok(Self { paths, axes, driven, front, friction })
     }
@@ -148,6 +148,12 @@ impl Batch {
         }
         self.axes.advance(&forces);
     }
+}
+
+/// Sensors, controllers and amplifiers of these paths in arrays; none where one of them does not fit.
+fn front(paths: &[Path]) -> Option<Front> {
+    let entries: Vec<Entry> = paths.iter().map(Path::front).collect::<Option<_>>()?;
+    Front::of(&entries)
 }
 
 /// Dry friction of each direction, twin by twin, where it is all that acts on the guides.

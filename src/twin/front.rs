@@ -1,13 +1,12 @@
 //! Sensors, controller and amplifier of several twins at once, where nothing but their numbers differs.
 
-use super::path::Path;
 use super::{Command, Sample};
 use crate::plant::axis::{LANES, Lane};
 use pulp::{Simd, WithSimd};
 
 /// The signal path from encoder to amplifier, lane by lane in arrays.
 ///
-/// It takes the place of [`Path::sample`] for paths whose encoder shows the position as it is, whose velocity is a smoothed
+/// It takes the place of [`Path::sample`](super::path::Path::sample) for paths whose encoder shows the position as it is, whose velocity is a smoothed
 /// difference, and whose controller sees the reference at once and has no limit; the operations are the same in the same order.
 #[derive(Debug, Clone)]
 pub(super) struct Front {
@@ -70,9 +69,8 @@ struct Sampled {
 }
 
 impl Front {
-    /// The front of these paths, in the states that they are in; none where one of them does not fit.
-    pub fn of(paths: &[Path]) -> Option<Self> {
-        let entries: Vec<Entry> = paths.iter().map(Path::front).collect::<Option<_>>()?;
+    /// The front of what the paths bring into it, in the states that they are in; none where one of them does not fit.
+    pub fn of(entries: &[Entry]) -> Option<Self> {
         if !entries.iter().all(|entry| entry.has_winding) {
             return None;
         }
@@ -84,7 +82,7 @@ impl Front {
         let row = |k: usize| across(&|e| e.commanded.get(k).or(e.commanded.last()).copied().unwrap_or(0.0));
         let entry = |k: usize| entries.get(k).unwrap_or(&entries[0]);
         Some(Self {
-            lanes: paths.len(),
+            lanes: entries.len(),
             numbers: Numbers {
                 rate: across(&|e| e.numbers.rate),
                 share: across(&|e| e.numbers.share),

@@ -1,6 +1,5 @@
 //! The laws that act along the signal path while the twin runs.
 
-use super::path::MOST_INVERSIONS;
 use crate::drive::motor::Circuit;
 use crate::effect::{Door, Effect};
 use crate::guide::stick_slip::friction;
@@ -12,6 +11,9 @@ use crate::solid::Weight;
 
 /// Steps shorter than so many time constants of the current see it bend to second order.
 const FEW_DECAYS: f64 = 0.1;
+
+/// Fixed-point steps with which a reading is traced back to a position.
+pub(super) const MOST_INVERSIONS: usize = 12;
 
 /// Where and when a step of the plant begins.
 #[derive(Debug, Clone, Copy)]

@@ -1,7 +1,7 @@
 //! The signal path around a plant: sensors, controller, amplifier, and the laws that act beside them.
 
 use super::front::{Entry, Numbers};
-use super::laws::{Here, InitialForces, Laws};
+use super::laws::{Here, InitialForces, Laws, MOST_INVERSIONS};
 use super::{Command, Sample, Sensing};
 use crate::controller::{Controller, EffortLimit, Filters, Gains, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
@@ -18,8 +18,6 @@ use rand_distr::{Distribution, StandardNormal};
 
 /// Readings that change less with position than this do not tell it.
 pub(super) const LEAST_SLOPE: f64 = 1e-3;
-/// Fixed-point steps with which a reading is traced back to a position.
-pub(super) const MOST_INVERSIONS: usize = 12;
 
 /// Everything of a twin but its plant.
 #[derive(Debug)]

@@ -2,6 +2,7 @@
 //! named in it, and no file or folder grows where none should.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
+use super::imports::{Imports, Modules, circles};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
@@ -196,6 +197,82 @@ fn exact_backward_import_is_caught() {
     assert_eq!(backward_imports("replay", list), []);
     let unknown = "/* crate::cli */ const A: &str = \"crate::cli\"; use crate::helpers::b; // crate::cli\n";
     assert_eq!(backward_imports("cli", unknown), [(1, "crate::helpers".to_owned())]);
+}
+
+/// The imports of a circle's files from each other, one a line.
+fn ties(imports: &Imports, circle: &[&str]) -> String {
+    let of = |file: &&str| {
+        let onward = imports[*file].iter().filter(|(other, _)| circle.contains(&other.as_str()));
+        let line = |(other, names): (&String, &std::collections::BTreeSet<String>)| {
+            let names: Vec<&str> = names.iter().map(String::as_str).collect();
+            format!("\n  src/{file} imports src/{other}: {}", names.join(", "))
+        };
+        onward.map(line).collect::<String>()
+    };
+    circle.iter().map(of).collect()
+}
+
+#[test]
+fn exact_no_two_files_import_each_other_in_a_circle() {
+    let sources: Vec<(String, String)> =
+        sources().into_iter().map(|(file, _, text)| (file, code_of(&text))).collect();
+    let modules = Modules::read(sources.iter().map(|(file, code)| (file.as_str(), code.as_str())));
+    let imports = modules.imports();
+    let found = circles(&imports);
+    let circles = found.iter().map(|circle| format!("{} files:{}", circle.len(), ties(&imports, circle)));
+    assert_none("files that import each other in a circle", &circles.collect::<Vec<String>>());
+}
+
+/// Circles of a crate of these files.
+fn circles_of(files: &[(&str, &str)]) -> Vec<Vec<String>> {
+    let code: Vec<(&str, String)> = files.iter().map(|(file, text)| (*file, code_of(text))).collect();
+    let modules = Modules::read(code.iter().map(|(file, code)| (*file, code.as_str())));
+    let imports = modules.imports();
+    circles(&imports).into_iter().map(|circle| circle.into_iter().map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn exact_circle_of_imports_is_caught() {
+    let lib = ("lib.rs", "pub mod a;\npub mod b;\npub mod c;\n");
+    let below = ("a/low.rs", "pub struct Low;\npub fn low() {}\n");
+    // Straight, in braces, under another name, and by a path in code.
+    for back in [
+        "use super::high::High;",
+        "use crate::{\n    a::high::{self, High as Other},\n};",
+        "fn f() { super::high::high(); }",
+        "use super::high;\nfn f() -> Option<high::High> { None }",
+        "mod inner { use super::super::high::High; }",
+    ] {
+        let files = [
+            lib,
+            ("a/mod.rs", "mod high;\nmod low;\n"),
+            ("a/high.rs", "use super::low::{Low, low};\npub struct High;\npub fn high() {}\n"),
+            ("a/low.rs", &format!("{back}\npub struct Low;\npub fn low() {{}}\n")),
+        ];
+        assert_eq!(circles_of(&files), [["a/high.rs", "a/low.rs"]], "{back}");
+    }
+    // Over others, and over what other modules hand on.
+    let files = [
+        lib,
+        ("a/mod.rs", "mod low;\npub use low::Low;\n"),
+        ("a/low.rs", "use crate::c::Top;\npub struct Low;\n"),
+        ("b.rs", "use crate::a::Low;\npub struct Middle(Low);\n"),
+        ("c.rs", "use crate::b::Middle;\npub struct Top(Middle);\n"),
+    ];
+    assert_eq!(circles_of(&files), [["a/low.rs", "b.rs", "c.rs"]]);
+    // One way, words in comments, tests, and what a file takes from the module that it is a part of.
+    let files = [
+        lib,
+        ("a/mod.rs", "mod high;\nmod low;\npub use high::High;\npub struct Own;\nfn f() { low::low() }\n"),
+        ("a/high.rs", "use super::{Own, low::Low};\npub struct High(Low, Own);\n"),
+        below,
+        (
+            "b.rs",
+            "//! See [`crate::c::Top`].\nuse crate::a::High;\npub struct B;\n#[cfg(test)]\nmod tests {\n    use crate::c::Top;\n}\n",
+        ),
+        ("c.rs", "use crate::{a::High, b::B};\npub struct Top(High, B);\n"),
+    ];
+    assert_eq!(circles_of(&files), [[""; 0]; 0]);
 }
 
 #[test]

@@ -10,6 +10,7 @@ mod cli;
 mod compared;
 mod diagnose_cli;
 mod html;
+mod imports;
 mod init;
 mod known;
 mod machines;

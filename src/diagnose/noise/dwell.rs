@@ -1,16 +1,14 @@
 //! Noise from standstill.
 
+use super::standstill::settled;
 use super::vibration::{self, Shaken};
 use crate::diagnose::experiment::Experiment;
 use crate::recording::Signal;
 use crate::replay::recorded::is_steady;
 use std::collections::BTreeMap;
-use std::ops::Range;
 
 /// Scatter at standstill is taken over windows of this length, in s.
 const STANDSTILL_S: f64 = 0.1;
-/// After the reference has stopped, the axis settles for so long, in s.
-const SETTLING_S: f64 = 0.4;
 
 /// σ from standstill: the median, over windows of [`STANDSTILL_S`], of the scatter about each window's straight
 /// line, windows in which the axis still settles left out. A vibration that shakes the axis there is motion, not noise.
@@ -35,31 +33,6 @@ pub fn scatters(experiments: &[&Experiment], shaken: &Shaken) -> BTreeMap<Signal
         (!list.is_empty()).then(|| list.select_nth_unstable_by(middle, f64::total_cmp).1.sqrt())
     };
     windows.into_iter().filter_map(|(signal, list)| Some((signal, median(list)?))).collect()
-}
-
-/// Stretches of samples in which the reference does not move and the axis has settled.
-pub fn settled(experiment: &Experiment) -> Vec<Range<usize>> {
-    let settle = (SETTLING_S / experiment.run().sample_period_s()) as usize;
-    let settled = |(from, to): (usize, usize)| if from == 0 { 0..to } else { from + settle..to };
-    standstills(experiment).into_iter().map(settled).filter(|still| still.start < still.end).collect()
-}
-
-/// Stretches of samples in which the reference does not move.
-fn standstills(experiment: &Experiment) -> Vec<(usize, usize)> {
-    let commands = experiment.recorded().commands();
-    let mut stretches = Vec::new();
-    let mut from = 0;
-    for k in 1..=commands.len() {
-        let moves =
-            k == commands.len() || commands[k].position_reference != commands[k - 1].position_reference;
-        if moves {
-            if k - from > 1 {
-                stretches.push((from, k));
-            }
-            from = k;
-        }
-    }
-    stretches
 }
 
 /// Sum of squares about the least-squares line.

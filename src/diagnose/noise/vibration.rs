@@ -1,6 +1,6 @@
 //! A vibration that shakes the axis at standstill: a line in the spectrum of its position there.
 
-use super::dwell::settled;
+use super::standstill::settled;
 use crate::diagnose::experiment::Experiment;
 use crate::diagnose::ordinates::around;
 use crate::error::Result;

@@ -5,8 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Integrator;
 use super::attack::{Attack, Wrench};
-use super::linear::RiseResponse;
 use super::scene::{missing, mode_name, refusal};
+use super::state::{RiseResponse, State};
 use crate::effect::Constants;
 use crate::error::Result;
 use crate::guide::Response;
@@ -19,21 +19,6 @@ use crate::units::Motion;
 const FURTHEST: f64 = 1e6;
 /// The same for the acceleration by the applied force, in m/s² or rad/s².
 const STRONGEST: f64 = 1e9;
-
-/// Coordinates and speeds of the scene: the driven joint and the base's modes, in the order of MuJoCo's degrees of freedom.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct State {
-    pub q: Vec<f64>,
-    pub v: Vec<f64>,
-}
-
-impl State {
-    /// Half-way to another state.
-    pub fn middle(&self, other: &Self) -> Self {
-        let half = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| 0.5 * (a + b)).collect();
-        Self { q: half(&self.q, &other.q), v: half(&self.v, &other.v) }
-    }
-}
 
 /// Efforts along the joint, held over a step: N or N·m.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

@@ -3,7 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::Resonance;
-use super::engine::{Engine, State};
+use super::engine::Engine;
+use super::state::{RiseResponse, State};
 
 /// Mass, damping and stiffness matrix about the scene's zero.
 ///
@@ -16,13 +17,6 @@ pub(super) struct Linear {
     damping: DMatrix<f64>,
     stiffness: DMatrix<f64>,
     effort: DVector<f64>,
-}
-
-/// Change of coordinates and speeds by a force that rises by a unit within a step at zero mean.
-#[derive(Debug, Clone)]
-pub(super) struct RiseResponse {
-    pub q: Vec<f64>,
-    pub v: Vec<f64>,
 }
 
 impl Linear {

@@ -19,6 +19,8 @@ mod rig;
 #[cfg(feature = "mujoco")]
 mod scene;
 #[cfg(feature = "mujoco")]
+mod state;
+#[cfg(feature = "mujoco")]
 mod urdf;
 
 #[cfg(not(feature = "mujoco"))]

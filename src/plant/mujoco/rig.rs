@@ -3,8 +3,9 @@
 use nalgebra::Vector3;
 
 use super::attack::Attack;
-use super::engine::{Efforts, Engine, State};
-use super::linear::{Linear, RiseResponse};
+use super::engine::{Efforts, Engine};
+use super::linear::Linear;
+use super::state::{RiseResponse, State};
 use super::{Imported, Integrator, LONGEST_STEP_S, Resonance, scene};
 use crate::effect::Constants;
 use crate::error::{Error, ErrorKind, Result};

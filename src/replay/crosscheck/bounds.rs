@@ -1,6 +1,6 @@
 //! How far plants may be apart, and why so far.
 
-use super::differences::Quantity;
+use super::quantity::Quantity;
 use crate::drive::motor::Circuit;
 use crate::machine::Machine;
 

@@ -5,11 +5,13 @@
 
 pub mod bounds;
 mod differences;
+mod quantity;
 mod statics;
 mod strokes;
 
 pub use bounds::Bound;
-pub use differences::{Difference, Pair, Quantity, Replayed, short_name};
+pub use differences::{Difference, Pair, Replayed, short_name};
+pub use quantity::Quantity;
 pub use statics::Static;
 pub use strokes::{Planned, cells_of, ramp_s};
 

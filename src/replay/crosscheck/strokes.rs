@@ -1,6 +1,7 @@
 //! The strokes of a cross-check, and one of them on a plant.
 
-use super::super::simulation::{check_travel, simulate};
+use super::super::simulation::simulate;
+use super::super::travel::check_travel;
 use super::super::{Cell, Motion, PlantChoice, Stroke, Traces, run};
 use crate::error::Result;
 use crate::machine::Machine;

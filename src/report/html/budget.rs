@@ -5,7 +5,7 @@ use crate::diagnose::{Diagnosis, Verdict};
 use crate::report::figure::{Budget, Figure, Ink, Panel, budget::Part as Piece};
 use crate::report::material::Material;
 use crate::report::number::percent;
-use crate::report::sentence::phrase;
+use crate::report::words::phrase;
 
 /// A calibration that closes less is not set apart from its cause.
 const NOTABLE: f64 = 0.005;

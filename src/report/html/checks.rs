@@ -4,7 +4,7 @@ use super::page::Part;
 use crate::diagnose::Diagnosis;
 use crate::diagnose::check::Severity;
 use crate::report::figure::escape;
-use crate::report::follow_up::{Sentence, sentences};
+use crate::report::findings::{Sentence, sentences};
 
 /// What every recording is checked for.
 const CHECKED: &str = "Checked: even sampling and missing samples, clipping, channels that are stuck, held or late, signs and \

@@ -8,7 +8,7 @@ use crate::report::extent::{noise_sources, overstated};
 use crate::report::figure::{Axis, Bar, Bars, Figure, Ink, Panel, Row};
 use crate::report::material::Material;
 use crate::report::number::{determination, percent, plain, value};
-use crate::report::sentence::name;
+use crate::report::words::name;
 use crate::units::Motion;
 
 /// The section.

@@ -2,11 +2,11 @@
 
 use super::page::Part;
 use super::partial;
-use super::scale::{Scale, force_word, speed_word};
+use super::scale::{Scale, force_word, robust, speed_word, with_zero};
 use crate::diagnose::Diagnosis;
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
 use crate::report::material::{Force, Material};
-use crate::report::sentence::together;
+use crate::report::words::together;
 use crate::units::Motion;
 
 /// What the section is called.
@@ -89,20 +89,6 @@ fn over_one(force: &Force, scale: &Scale, word: &str, quantity: &[f64], across: 
         height: 150.0,
         has_x_labels: true,
     }
-}
-
-/// Values without the outermost half per cent on either side: one spike does not decide the axis.
-pub(super) fn robust(mut values: Vec<f64>) -> Vec<f64> {
-    values.retain(|value| value.is_finite());
-    values.sort_by(f64::total_cmp);
-    let cut = values.len() / 200;
-    let end = values.len() - cut;
-    values.drain(cut..end).collect()
-}
-
-/// The same for a quantity whose zero tells.
-pub(super) fn with_zero(values: Vec<f64>) -> Vec<f64> {
-    robust(values).into_iter().chain([0.0]).collect()
 }
 
 fn in_time(force: &Force, scale: &Scale, law: &str) -> Figure {

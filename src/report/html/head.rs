@@ -1,5 +1,6 @@
 //! The verdict in a sentence, and the numbers to remember.
 
+use super::unbroken::unbroken;
 use super::withheld::above;
 use crate::diagnose::{Diagnosis, Verdict};
 use crate::report::drive::on_the_drive;
@@ -7,6 +8,7 @@ use crate::report::figure::escape;
 use crate::report::number::{percent, plain, probability};
 use crate::report::sentence;
 use crate::report::withheld::rest;
+use crate::report::words::phrase;
 use crate::units::Motion;
 
 /// A sentence of more letters is set smaller.
@@ -68,34 +70,6 @@ pub(super) fn head(diagnosis: &Diagnosis, motion: Motion) -> String {
     )
 }
 
-/// The words with numbers that no line may part from their units.
-pub(super) fn unbroken(words: &str) -> String {
-    let letters: Vec<char> = words.chars().collect();
-    let around = |k: usize| (k.checked_sub(1).and_then(|b| letters.get(b)), letters.get(k + 1));
-    let holds = |k: usize| match around(k) {
-        (Some(before), Some(after)) => {
-            let is_unit = "%µ±×→".contains(*after)
-                || (after.is_alphabetic()
-                    && letters[k + 1..].iter().take_while(|c| !c.is_whitespace()).count() <= 6);
-            "<>±→×".contains(*before) || (before.is_ascii_digit() && is_unit)
-        }
-        _ => false,
-    };
-    // A minus is as wide as a digit and does not end a line.
-    let is_minus = |k: usize| match around(k) {
-        (before, Some(after)) => {
-            before.is_none_or(|b| b.is_whitespace() || *b == '(') && after.is_ascii_digit()
-        }
-        _ => false,
-    };
-    let set = |(k, c): (usize, &char)| match c {
-        ' ' if holds(k) => '\u{a0}',
-        '-' if is_minus(k) => '−',
-        other => *other,
-    };
-    letters.iter().enumerate().map(set).collect()
-}
-
 /// The head of a page that is no diagnosis.
 pub(super) fn plain_head(machine: &str, kind: &str, sentence: &str, note: Option<&str>) -> String {
     let note =
@@ -122,7 +96,7 @@ fn facts(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     list.push((percent(gap.closed), format!("of the gap closed on unseen runs, 95 % interval {interval}")));
     list.push((percent(gap.predicted_closed), "predicted from the training runs alone".to_owned()));
     for cause in diagnosis.causes.iter().take(3) {
-        let what = format!("probability of {}", sentence::phrase(&cause.effect));
+        let what = format!("probability of {}", phrase(&cause.effect));
         list.push((probability(cause.probability), what));
     }
     list.push((percent(diagnosis.unexplained), "of the gap stays unexplained".to_owned()));

@@ -7,7 +7,7 @@ use crate::effect::EffectId;
 use crate::report::changes::{had, runs, verdict};
 use crate::report::figure::{Axis, Bar, Bars, Figure, Ink, Panel, Row};
 use crate::report::number::{angle, interval, plain, probability, twin, with_interval};
-use crate::report::sentence::{name, phrase};
+use crate::report::words::{name, phrase};
 
 /// Effects and explanations that are listed before the rest is folded.
 const LISTED: usize = 8;

@@ -6,7 +6,7 @@ use crate::diagnose::identifiability::ParameterIdentifiability;
 use crate::diagnose::verdict::{Cause, Parameter};
 use crate::report::figure::{Figure, Ink, Matrix, Panel};
 use crate::report::number::{percent, with_interval};
-use crate::report::sentence::{name, phrase};
+use crate::report::words::{name, phrase};
 
 /// A constant's interval beyond this share of its tolerance comes from the tolerance.
 const BY_TOLERANCE: f64 = 0.7;

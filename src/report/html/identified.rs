@@ -1,8 +1,8 @@
 //! Identified transfer functions as a page.
 
 use super::page::{Builder, Page, Part};
+use super::polar::{decibel_unit, decibels, magnitude_band};
 use super::replayed::version;
-use super::response::{decibel_unit, decibels, magnitude_band};
 use super::sheet::part as section_part;
 use super::{data, head, provenance};
 use crate::identify::frequency_response::Point;

@@ -19,6 +19,7 @@ mod next;
 mod page;
 mod partial;
 mod place;
+mod polar;
 mod provenance;
 mod replayed;
 mod residual_whiteness;
@@ -28,6 +29,7 @@ mod scene;
 mod sheet;
 mod spectrum;
 mod traces;
+mod unbroken;
 mod withheld;
 
 pub use compared::compared;

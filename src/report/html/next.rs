@@ -6,8 +6,8 @@ use crate::diagnose::{Diagnosis, Verdict};
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel, escape};
 use crate::report::follow_up::{is_for_the_twin, snippet, what_to_do};
 use crate::report::material::{Material, Predicted};
-use crate::report::sentence::together;
 use crate::report::untested;
+use crate::report::words::together;
 use crate::units::Motion;
 
 /// The section.

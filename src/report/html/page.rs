@@ -1,6 +1,6 @@
 //! The page: one file with its style, its figures, its data and its script, nothing to be fetched.
 
-use super::head::unbroken;
+use super::unbroken::unbroken;
 use crate::report::figure::{self, Figure, Width, escape};
 
 const TEMPLATE: &str = include_str!("../../../assets/report/page.html");

@@ -1,12 +1,12 @@
 //! Each cause on what the twin lacks that has all the others: its own law on its own partial residual.
 
 use super::page::Part;
-use super::scale::{Scale, force_word, speed_word};
+use super::scale::{Scale, force_word, robust, speed_word, with_zero};
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
 use crate::report::material::Force;
 use crate::report::material::Material;
 use crate::report::material::partial::{Partial, PartialForce, PartialSignal, Quantity};
-use crate::report::sentence::phrase;
+use crate::report::words::phrase;
 use crate::units::Motion;
 
 /// Appends a figure with a panel a cause; one cause that is a force is drawn whole already.
@@ -59,8 +59,8 @@ fn over_quantity(of: &PartialForce, quantity: Quantity, force: &Force, motion: M
     let lines: Vec<Vec<[f64; 2]>> =
         curves.map(|curve| curve.iter().map(|[x, y]| [across.to(*x), scale.to(*y)]).collect()).collect();
     let heights = dots.iter().chain(lines.iter().flatten()).map(|p| p[1]);
-    let (heights, widths) = (super::force::with_zero(heights.collect()), dots.iter().map(|p| p[0]));
-    let x = Axis::holding(across.label(word), super::force::robust(widths.collect()));
+    let (heights, widths) = (with_zero(heights.collect()), dots.iter().map(|p| p[0]));
+    let x = Axis::holding(across.label(word), robust(widths.collect()));
     let mut marks = vec![Mark::Dots { ink: Ink::Before, points: dots }];
     marks.extend(lines.into_iter().map(|line| Mark::line(Ink::Law, line)));
     Chart {
@@ -82,7 +82,7 @@ fn in_time(of: &PartialForce, force: &Force, motion: Motion) -> Chart {
         all.map(|((t, y), moves)| [*t, if *moves { scale.to(*y) } else { f64::NAN }]).collect()
     };
     let (lacking, law) = (curve(&of.lacking), curve(&of.law));
-    let heights = super::force::with_zero(lacking.iter().chain(&law).map(|p| p[1]).collect());
+    let heights = with_zero(lacking.iter().chain(&law).map(|p| p[1]).collect());
     let end = lacking.last().map_or(1.0, |p| p[0]);
     Chart {
         title: format!("{}, {} over time, run {run}", phrase(&of.effect), force_word(motion)),

@@ -4,7 +4,7 @@ use super::page::Part;
 use crate::diagnose::Diagnosis;
 use crate::diagnose::residual_whiteness::ResidualWhiteness;
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
-use crate::report::sentence::name;
+use crate::report::words::name;
 
 /// The section; empty where nothing was compared.
 pub(super) fn part(diagnosis: &Diagnosis) -> Part {

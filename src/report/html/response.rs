@@ -1,8 +1,8 @@
 //! A frequency response as a page: Bode in dB and degrees, coherence, margins, modes.
 
 use super::page::{Builder, Page, Part};
+use super::polar::{decibel_unit, decibels, magnitude_band, unwrapped};
 use super::replayed::version;
-use super::spectrum::unwrapped;
 use super::{data, head, provenance};
 use crate::identify::frequency_response::Point;
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
@@ -90,11 +90,6 @@ fn capitalised(words: &str) -> String {
     letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// 20·lg, of magnitudes.
-pub(super) fn decibels(value: f64) -> f64 {
-    20.0 * value.max(f64::MIN_POSITIVE).log10()
-}
-
 /// Magnitude in dB, phase in degrees, coherence, each with the 95 % band.
 pub fn bode(response: &Response) -> Figure {
     let Response { title, measured, computed, computed_word, .. } = response;
@@ -133,17 +128,6 @@ pub fn bode(response: &Response) -> Figure {
 fn chart(title: &str, x: Axis, y: Axis, marks: Vec<Mark>, height: f64) -> Panel {
     let has_x_labels = !x.label.is_empty();
     Panel::Chart(Chart { title: title.to_owned(), x, y, marks, height, has_x_labels })
-}
-
-/// Frequency, and the 95 % interval of the magnitude in dB; a band down to nothing ends 60 dB below.
-pub(super) fn magnitude_band(point: &Point) -> [f64; 3] {
-    let [low, high] = point.magnitude_ci95();
-    [point.frequency_hz, decibels(low.max(1e-3 * point.response().norm())), decibels(high)]
-}
-
-/// "dB", and of what where that has a unit.
-pub(super) fn decibel_unit(unit: &str) -> String {
-    if unit.is_empty() { "dB".to_owned() } else { format!("dB ({unit})") }
 }
 
 /// Magnitude in dB with the names of what is marked.

@@ -1,4 +1,4 @@
-//! Units of the screen: mm and µm, m/min, N, Hz.
+//! Units of the screen, mm and µm, m/min, N, Hz, and the values that an axis has to hold.
 
 use crate::recording::Signal;
 use crate::report::number::engineering_unit;
@@ -83,4 +83,18 @@ pub(super) fn speed_word(motion: Motion) -> &'static str {
 /// Force or torque.
 pub(super) fn force_word(motion: Motion) -> &'static str {
     if motion == Motion::Prismatic { "force" } else { "torque" }
+}
+
+/// Values without the outermost half per cent on either side: one spike does not decide the axis.
+pub(super) fn robust(mut values: Vec<f64>) -> Vec<f64> {
+    values.retain(|value| value.is_finite());
+    values.sort_by(f64::total_cmp);
+    let cut = values.len() / 200;
+    let end = values.len() - cut;
+    values.drain(cut..end).collect()
+}
+
+/// The same for a quantity whose zero tells.
+pub(super) fn with_zero(values: Vec<f64>) -> Vec<f64> {
+    robust(values).into_iter().chain([0.0]).collect()
 }

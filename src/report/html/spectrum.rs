@@ -1,7 +1,7 @@
 //! Spectra of the errors, and the frequency response of machine and twin with coherence.
 
 use super::page::Part;
-use super::response::{decibel_unit, decibels, magnitude_band};
+use super::polar::{decibel_unit, decibels, magnitude_band, unwrapped};
 use super::scale::Scale;
 use crate::identify::frequency_response::Point;
 use crate::report::figure::{Axis, Chart, Figure, Ink, Mark, Panel};
@@ -54,20 +54,6 @@ fn spectra(material: &Material) -> Figure {
     let caption = "Spectral density of what the twin misses on unseen runs.";
     Figure::new("spectrum", caption, panels.collect())
         .legend([(Ink::Before, baseline), (Ink::After, "with the causes")])
-}
-
-/// Angles in degrees without jumps of a whole turn; what is not a number is passed over.
-pub(super) fn unwrapped(mut points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    let mut last = f64::NAN;
-    for [_, angle] in &mut points {
-        if last.is_finite() && angle.is_finite() {
-            *angle -= 360.0 * ((*angle - last) / 360.0).round();
-        }
-        if angle.is_finite() {
-            last = *angle;
-        }
-    }
-    points
 }
 
 /// Angles moved by whole turns to where those of another curve are, on average over what both have.
@@ -212,12 +198,5 @@ mod tests {
         assert!(
             (low - 20.0 * 0.8_f64.log10()).abs() < 1e-12 && (high - 20.0 * 1.2_f64.log10()).abs() < 1e-12
         );
-    }
-
-    #[test]
-    fn exact_angles_go_on_across_a_turn() {
-        let points = vec![[1.0, -170.0], [2.0, f64::NAN], [3.0, 175.0], [4.0, -178.0]];
-        let angles: Vec<f64> = unwrapped(points).into_iter().map(|p| p[1]).collect();
-        assert_eq!([angles[0], angles[2], angles[3]], [-170.0, -185.0, -178.0]);
     }
 }

@@ -1,8 +1,9 @@
 //! Why a verdict is withheld or doubtful: above it, in the head of the page.
 
+use super::unbroken::unbroken;
 use crate::diagnose::Diagnosis;
 use crate::report::figure::escape;
-use crate::report::follow_up::doubts;
+use crate::report::findings::doubts;
 use crate::report::withheld::{reasons, title};
 
 /// Paragraphs; empty where the verdict is that of the evidence and nothing makes it doubtful.
@@ -19,6 +20,6 @@ fn paragraph(title: &str, reasons: &[String]) -> String {
     if reasons.is_empty() {
         return String::new();
     }
-    let list: Vec<String> = reasons.iter().map(|text| escape(&super::head::unbroken(text))).collect();
+    let list: Vec<String> = reasons.iter().map(|text| escape(&unbroken(text))).collect();
     format!("<p class=\"withheld\"><strong>{title}.</strong> {}</p>\n", list.join("<br>"))
 }

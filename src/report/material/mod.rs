@@ -118,7 +118,7 @@ impl Material {
         let force = Force::of(&all, pair)?;
         Ok(Self {
             motion,
-            baseline: super::changes::baseline(diagnosis),
+            baseline: super::words::baseline(diagnosis),
             partials: partial::partials(&machines, diagnosis, &all, force.as_ref(), &floor)?,
             force,
             spectra: spectrum::of(&runs, motion),

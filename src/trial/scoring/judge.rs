@@ -2,8 +2,8 @@
 
 use super::naming::{Naming, Standing};
 use super::parameters::{Compared, compared};
-use super::reliability::{Statement, statements};
 use super::size::{Band, Demand, FLOOR};
+use super::statement::{Statement, statements};
 use super::story::story;
 use crate::diagnose::Verdict;
 use crate::trial::seal::Committed;

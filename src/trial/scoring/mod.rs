@@ -31,6 +31,7 @@ pub mod naming;
 mod parameters;
 pub mod reliability;
 pub mod size;
+mod statement;
 mod story;
 pub mod summary;
 

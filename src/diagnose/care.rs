@@ -1,0 +1,63 @@
+//! How far a fit goes.
+
+use super::hypothesis::Free;
+use nalgebra::{DMatrix, DVector};
+
+/// Steps along a narrow, curved valley are short: motor constants, mass and friction compensate each other.
+const MOST_ITERATIONS: usize = 60;
+/// Iterations of a fit that only has to show whether a hypothesis matters.
+const ROUGH_ITERATIONS: usize = 8;
+/// Relative fall of the sum of squares below which a rough fit has arrived.
+const ROUGHLY_ARRIVED: f64 = 3e-3;
+/// Relative fall of the sum of squares below which the fit has arrived.
+const ARRIVED: f64 = 1e-7;
+
+/// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.
+///
+/// They change slowly with what is added: a fit that takes the old ones for the numbers it shares still descends, a
+/// little less directly, and needs replays for its own numbers only.
+#[derive(Debug, Clone)]
+pub struct Sensitivities {
+    pub(super) free: Vec<Free>,
+    pub(super) columns: DMatrix<f64>,
+    pub(super) stride: usize,
+}
+
+impl Sensitivities {
+    pub(super) fn column(&self, free: &Free) -> Option<DVector<f64>> {
+        let place = self.free.iter().position(|own| own.path == free.path)?;
+        Some(self.columns.column(place) * (free.scale / self.free[place].scale))
+    }
+}
+
+/// How much a fit is worth.
+#[derive(Debug, Clone, Copy)]
+pub enum Care<'a> {
+    /// Good enough to see which hypotheses matter: known sensitivities, few iterations.
+    Rough(&'a Sensitivities),
+    /// To the end, with sensitivities of its own.
+    Thorough,
+}
+
+impl<'a> Care<'a> {
+    pub(super) fn iterations(self) -> usize {
+        match self {
+            Self::Rough(_) => ROUGH_ITERATIONS,
+            Self::Thorough => MOST_ITERATIONS,
+        }
+    }
+
+    pub(super) fn arrived(self) -> f64 {
+        match self {
+            Self::Rough(_) => ROUGHLY_ARRIVED,
+            Self::Thorough => ARRIVED,
+        }
+    }
+
+    pub(super) fn known(self) -> Option<&'a Sensitivities> {
+        match self {
+            Self::Rough(known) => Some(known),
+            Self::Thorough => None,
+        }
+    }
+}
