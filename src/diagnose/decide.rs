@@ -2,8 +2,7 @@
 //!
 //! One pure function of the evidence and the grounds for withholding. Every verdict passes here: nothing else sets one.
 
-use super::check::{Finding, Severity};
-use super::prove::RigidBody;
+use super::grounds::{Grounds, Withheld};
 use serde::{Deserialize, Serialize};
 
 /// What a diagnosis comes to.
@@ -32,47 +31,6 @@ impl Verdict {
     }
 }
 
-/// What forbids the verdict that the evidence would give.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Veto {
-    /// A column is certainly not what it is taken for: any explanation would be about that.
-    Data,
-    /// No explanation fits the reference of a comparison: what it leaves open cannot be told from a change.
-    Reference,
-    /// In the rigid-body scene the explanation does not close what it closes on the reduced axis.
-    RigidBody,
-}
-
-/// A verdict that was withheld: it is `unknown`, whatever the evidence says.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Withheld {
-    /// What forbids it.
-    pub by: Veto,
-    /// Why, as a sentence.
-    pub reason: String,
-}
-
-/// What the reference of a comparison came to.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Before {
-    /// Its verdict.
-    pub verdict: Verdict,
-    /// G that is left of it.
-    pub gap_after: f64,
-}
-
-/// What may forbid a verdict.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Grounds<'a> {
-    /// What the checks of the data found.
-    pub checks: &'a [Finding],
-    /// In a comparison, what the reference came to.
-    pub reference: Option<Before>,
-    /// The proof of the explanation in the rigid-body scene, where there is one.
-    pub rigid_body: Option<&'a RigidBody>,
-}
-
 /// The limits of the decision.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
@@ -97,7 +55,7 @@ pub const ADEQUATE_GAP: f64 = 1.25;
 /// Share of a gap from which it is closed for the most part.
 pub const LARGELY_CLOSED: f64 = 0.9;
 /// Noise that is only stated may be three times what it is, and its power ten times.
-const STATED_NOISE: f64 = 10.0;
+pub const STATED_NOISE: f64 = 10.0;
 
 /// What the evidence comes to for the most probable explanation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -153,51 +111,18 @@ impl Evidence {
 /// prove. `undecided` names none: the proof is of one of several explanations and does not judge the others.
 pub fn decide(evidence: &Evidence, limits: &Limits, grounds: &Grounds) -> (Verdict, Option<Withheld>) {
     let evident = evidence.verdict(limits);
-    let proof =
-        || matches!(evident, Verdict::Cause | Verdict::Unknown).then(|| failed_proof(grounds)).flatten();
-    match faulty_data(grounds).or_else(|| unexplained_reference(grounds)).or_else(proof) {
+    match grounds.withhold(matches!(evident, Verdict::Cause | Verdict::Unknown)) {
         Some(withheld) => (Verdict::Unknown, Some(withheld)),
         None => (evident, None),
     }
 }
 
-/// The fatal findings.
-pub fn fatal(checks: &[Finding]) -> impl Iterator<Item = &Finding> {
-    checks.iter().filter(|finding| finding.severity == Severity::Fatal)
-}
-
-fn faulty_data(grounds: &Grounds) -> Option<Withheld> {
-    let first = fatal(grounds.checks).next()?;
-    Some(Withheld {
-        by: Veto::Data,
-        reason: format!("Any explanation would be about a fault of the data. {}", first.message),
-    })
-}
-
-fn failed_proof(grounds: &Grounds) -> Option<Withheld> {
-    let proof = grounds.rigid_body.filter(|proof| proof.has_failed())?;
-    let reason = format!(
-        "In the rigid-body scene the explanation closes {:.0} % of the gap (at most {:.0} %, the upper end of the 95 % interval), less than \
-         half: it rests on what the reduced axis leaves out.",
-        100.0 * proof.closed,
-        100.0 * proof.closed_ci95[1]
-    );
-    Some(Withheld { by: Veto::RigidBody, reason })
-}
-
-fn unexplained_reference(grounds: &Grounds) -> Option<Withheld> {
-    let reference = grounds.reference.filter(|reference| reference.verdict == Verdict::Unknown)?;
-    let reason = format!(
-        "No explanation fits the reference (a gap of {:.3} × noise is left of it): what the twin lacks of the machine before cannot be \
-         told from what changed since.",
-        reference.gap_after
-    );
-    Some(Withheld { by: Veto::Reference, reason })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::check::{Finding, Severity};
+    use crate::diagnose::grounds::{Before, Veto};
+    use crate::diagnose::prove::RigidBody;
 
     const LIMITS: Limits = Limits { probability: 0.7, open_share: 1e-3, small_gap: 3.0 };
     const ALL: [Verdict; 4] = [Verdict::NoGap, Verdict::Cause, Verdict::Undecided, Verdict::Unknown];
@@ -252,7 +177,7 @@ mod tests {
     }
 
     fn reference(verdict: Verdict) -> Before {
-        Before { verdict, gap_after: 5.0 }
+        Before { is_explained: verdict != Verdict::Unknown, gap_after: 5.0 }
     }
 
     #[test]

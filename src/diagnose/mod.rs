@@ -22,6 +22,7 @@ pub mod fit;
 mod floors;
 mod folds;
 pub mod found;
+pub mod grounds;
 pub mod harmonic;
 pub mod hypothesis;
 pub mod identifiability;
@@ -136,7 +137,7 @@ fn diagnose_after(
     let mut ready = Ready::new(machine, &split.training, &split.held_out, known)?;
     let view = View::of(machine, &ready.training, options.catalogue);
     // What is fitted to a column that is not what it is taken for says nothing.
-    let is_fit_to_judge = decide::fatal(&ready.checks).next().is_none();
+    let is_fit_to_judge = grounds::fatal(&ready.checks).next().is_none();
     let catalogue = if is_fit_to_judge { &view.catalogue[..] } else { &[] };
     let options = &Options { catalogue, ..*options };
     let mut found = ready.search(options, None)?;
@@ -319,11 +320,13 @@ impl<'a> Ready<'a> {
         evidence: &Evidence,
         limits: &Limits,
         rigid_body: Option<&prove::RigidBody>,
-    ) -> (Verdict, Option<decide::Withheld>) {
+    ) -> (Verdict, Option<grounds::Withheld>) {
         let before = self.known.reference.as_ref();
-        let reference =
-            before.map(|before| decide::Before { verdict: before.verdict, gap_after: before.gap_after });
-        let grounds = decide::Grounds { checks: &self.checks, reference, rigid_body };
+        let reference = before.map(|before| grounds::Before {
+            is_explained: before.verdict != Verdict::Unknown,
+            gap_after: before.gap_after,
+        });
+        let grounds = grounds::Grounds { checks: &self.checks, reference, rigid_body };
         decide::decide(evidence, limits, &grounds)
     }
 

@@ -2,7 +2,8 @@
 
 pub use super::cause::{Cause, Harmonic};
 use super::check::Finding;
-pub use super::decide::{Limits, Verdict, Withheld};
+pub use super::decide::{Limits, Verdict};
+pub use super::grounds::Withheld;
 pub use super::parameter::Parameter;
 pub use super::phase::RunPhase;
 pub use super::place::{Band, Share, Where};

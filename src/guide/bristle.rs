@@ -271,6 +271,23 @@ mod tests {
         assert!(fine < 1e-3 && coarse / fine > 3.0, "{coarse} {fine}");
     }
 
+    /// The damping's part of the force at a given speed: σ₁(v)/σ₀·df/dt, with σ₁(v) = σ₁·exp(−(v·σ₁·e^λ/g)²).
+    #[test]
+    fn exact_damping_fades_where_it_is_stated() {
+        let (stiffness, sigma, level, step, velocity) = (2e6, 600.0, 8.0, 1e-3, 4e-3_f64);
+        let coast = Coast::of_mass(1e30, velocity, step);
+        let answer = |damping: f64, fading: f64| {
+            Bristle { stiffness, damping, fading }.step(0.0, coast, step, coulomb(level))
+        };
+        for lambda in [-1.2, 0.0, 0.7_f64] {
+            let (elastic, end) = answer(0.0, lambda.exp());
+            let damped = answer(sigma, lambda.exp()).0.mean - elastic.mean;
+            let fade = (-(velocity * sigma * lambda.exp() / level).powi(2)).exp();
+            let expected = sigma * fade / stiffness * end / step;
+            assert!((damped / expected - 1.0).abs() < 1e-9, "{lambda}: {damped} against {expected}");
+        }
+    }
+
     /// At a steady speed the force is the level at that speed and direction, with the direction's drag.
     #[test]
     fn exact_steady_sliding_is_the_level() {

@@ -8,7 +8,7 @@ use super::withheld;
 use super::wrap::{columns, wrap};
 use crate::diagnose::Verdict;
 use crate::diagnose::check::{Check, Severity};
-use crate::diagnose::decide::Veto;
+use crate::diagnose::grounds::Veto;
 use crate::diagnose::verdict::{Cause, Diagnosis};
 
 /// Sentences about one kind of finding before the rest is only counted.

@@ -6,7 +6,7 @@ use super::layout::{Ink, paragraph};
 use super::number::percent;
 use super::words::{baseline, listed, placed, times_noise};
 use crate::diagnose::check::Severity;
-use crate::diagnose::decide::{Veto, Withheld};
+use crate::diagnose::grounds::{Veto, Withheld};
 use crate::diagnose::verdict::Diagnosis;
 
 /// Findings that are told above; the checks list them all.

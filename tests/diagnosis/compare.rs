@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use crate::support::strokes::Strokes;
-use slideway::diagnose::decide::Veto;
+use slideway::diagnose::grounds::Veto;
 use slideway::diagnose::{Diagnosis, Options, Verdict, compare, improved};
 use slideway::effect::EffectId;
 use slideway::error::ErrorKind;

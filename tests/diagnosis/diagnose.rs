@@ -135,6 +135,25 @@ fn ref_nothing_hidden_is_no_gap() {
     }
 }
 
+/// A machine whose stated bristles fade at half the speed that the twin has by itself: that is calibrated, not a cause.
+#[test]
+fn ref_bristles_that_fade_otherwise_are_calibrated() {
+    let stated = [
+        ("effect.coulomb_friction.force_n", 15.0),
+        ("effect.presliding.stiffness_n_per_m", 2e6),
+        ("effect.presliding.damping_n_s_per_m", 6e3),
+    ];
+    let fading = "effect.presliding.damping_fading";
+    let hidden: Vec<(&str, f64)> = stated.iter().copied().chain([(fading, std::f64::consts::LN_2)]).collect();
+    let twin = machine(GRINDER).with_settings(stated.map(|(key, value)| (key, value.into()))).unwrap();
+    let d = run_diagnosis(&twin, &recording_at(&CELLS, &hidden, 5, &[1.0, -1.0]));
+    report("fading", &d);
+    assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
+    assert!(d.gap.before > 2.0, "nothing was there to calibrate: {}", d.gap.before);
+    let found = d.calibration.iter().find(|c| c.path == fading).unwrap();
+    assert!((found.parameter.value - std::f64::consts::LN_2).abs() < 0.05, "{found:?}");
+}
+
 /// Moving mass of the table in kg.
 const SOLID_MASS_KG: f64 = 51.28;
 /// How far constants that are right may be moved, relative: some standard errors of the least certain, the winding's.

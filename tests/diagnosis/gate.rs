@@ -3,7 +3,7 @@
 
 use crate::support::strokes::Strokes;
 use slideway::diagnose::check::{Check, Severity};
-use slideway::diagnose::decide::Veto;
+use slideway::diagnose::grounds::Veto;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose, improved};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;

@@ -2,7 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
-use slideway::diagnose::decide::{Veto, Withheld};
+use slideway::diagnose::grounds::{Veto, Withheld};
 use slideway::diagnose::identifiability::Identifiability;
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;

@@ -2,6 +2,7 @@
 
 use super::page::{Part, command as unbroken};
 use crate::diagnose::Diagnosis;
+use crate::diagnose::decide::{ADEQUATE_GAP, LARGELY_CLOSED, Limits, STATED_NOISE};
 use crate::report::figure::escape;
 use crate::report::stretches;
 
@@ -19,9 +20,28 @@ pub(super) fn part(diagnosis: &Diagnosis, command: &str) -> Part {
     if let Some(reference) = &diagnosis.reference {
         rows.push(("SHA-256 of the reference", reference.data.sha256.clone()));
     }
+    rows.push(("decided by", limits(&diagnosis.limits)));
     rows.push(("slideway", diagnosis.version.clone()));
     rows.push(("schema", diagnosis.schema.clone()));
     list(&rows, command)
+}
+
+/// What a cause needs, in words.
+fn limits(limits: &Limits) -> String {
+    format!(
+        "a cause needs a probability of {} or more; what it leaves is at most {ADEQUATE_GAP} × noise, {} × noise of a gap that is closed by {} %, \
+         or {} % of the gap's power ({} % where the noise is only stated)",
+        limits.probability,
+        limits.small_gap,
+        number(100.0 * LARGELY_CLOSED),
+        number(100.0 * limits.open_share),
+        number(100.0 * STATED_NOISE * limits.open_share),
+    )
+}
+
+/// A round number without the digits that a product adds.
+fn number(value: f64) -> String {
+    format!("{}", (1e6 * value).round() / 1e6)
 }
 
 /// Rows of words, then the command.

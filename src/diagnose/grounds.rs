@@ -1,0 +1,88 @@
+//! What forbids a verdict.
+
+use super::check::{Finding, Severity};
+use super::prove::RigidBody;
+use serde::{Deserialize, Serialize};
+
+/// What forbids the verdict that the evidence would give.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Veto {
+    /// A column is certainly not what it is taken for: any explanation would be about that.
+    Data,
+    /// No explanation fits the reference of a comparison: what it leaves open cannot be told from a change.
+    Reference,
+    /// In the rigid-body scene the explanation does not close what it closes on the reduced axis.
+    RigidBody,
+}
+
+/// A verdict that was withheld: it is `unknown`, whatever the evidence says.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Withheld {
+    /// What forbids it.
+    pub by: Veto,
+    /// Why, as a sentence.
+    pub reason: String,
+}
+
+/// What the reference of a comparison came to.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Before {
+    /// Whether it came to a verdict other than `unknown`.
+    pub is_explained: bool,
+    /// G that is left of it.
+    pub gap_after: f64,
+}
+
+/// What may forbid a verdict.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Grounds<'a> {
+    /// What the checks of the data found.
+    pub checks: &'a [Finding],
+    /// In a comparison, what the reference came to.
+    pub reference: Option<Before>,
+    /// The proof of the explanation in the rigid-body scene, where there is one.
+    pub rigid_body: Option<&'a RigidBody>,
+}
+
+/// The fatal findings.
+pub fn fatal(checks: &[Finding]) -> impl Iterator<Item = &Finding> {
+    checks.iter().filter(|finding| finding.severity == Severity::Fatal)
+}
+
+impl Grounds<'_> {
+    /// What forbids the verdict that the evidence would give; the rigid-body proof counts where a verdict rests on it.
+    pub fn withhold(&self, rests_on_proof: bool) -> Option<Withheld> {
+        let proof = || rests_on_proof.then(|| self.failed_proof()).flatten();
+        self.faulty_data().or_else(|| self.unexplained_reference()).or_else(proof)
+    }
+
+    fn faulty_data(&self) -> Option<Withheld> {
+        let first = fatal(self.checks).next()?;
+        Some(Withheld {
+            by: Veto::Data,
+            reason: format!("Any explanation would be about a fault of the data. {}", first.message),
+        })
+    }
+
+    fn failed_proof(&self) -> Option<Withheld> {
+        let proof = self.rigid_body.filter(|proof| proof.has_failed())?;
+        let reason = format!(
+            "In the rigid-body scene the explanation closes {:.0} % of the gap (at most {:.0} %, the upper end of the 95 % interval), less than \
+             half: it rests on what the reduced axis leaves out.",
+            100.0 * proof.closed,
+            100.0 * proof.closed_ci95[1]
+        );
+        Some(Withheld { by: Veto::RigidBody, reason })
+    }
+
+    fn unexplained_reference(&self) -> Option<Withheld> {
+        let reference = self.reference.filter(|reference| !reference.is_explained)?;
+        let reason = format!(
+            "No explanation fits the reference (a gap of {:.3} × noise is left of it): what the twin lacks of the machine before cannot be \
+             told from what changed since.",
+            reference.gap_after
+        );
+        Some(Withheld { by: Veto::Reference, reason })
+    }
+}
