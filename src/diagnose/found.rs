@@ -132,18 +132,15 @@ impl Found {
             && self.worth_naming(index, self.chosen, before)
     }
 
-    /// The most probable explanation, where it is not the chosen one. Of those that have the chosen effects and more, one that is
-    /// worth naming and has the probability that decides: what it adds pays its price in most draws, if not in as many as a step of
-    /// the search asks for.
-    pub(super) fn most_probable(&self, before: &Score, decides: f64) -> Option<usize> {
-        let by_probability = |&a: &usize, &b: &usize| self.posterior[a].total_cmp(&self.posterior[b]);
-        let most = (0..self.candidates.len()).max_by(by_probability)?;
+    /// The explanation that has the probability that decides, where it is not the chosen one. One that has the chosen effects and more
+    /// must be worth naming: what it adds pays its price in most draws, if not in as many as a step of the search asks for.
+    pub(super) fn decided(&self, before: &Score, decides: f64) -> Option<usize> {
+        let most = (0..self.candidates.len()).find(|&k| self.posterior[k] >= decides)?;
         let (set, own) = (self.candidates[most].effects(), self.effects());
-        let is_fuller = || set.is_superset(own);
-        let is_worth_it = || self.worth_naming(most, self.chosen, before) && self.posterior[most] >= decides;
+        let is_worth_it = || !set.is_superset(own) || self.worth_naming(most, self.chosen, before);
         let is_sound = self.candidates[most].thorough && self.is_resolved(most);
         let is_other = most != self.chosen && !own.is_empty() && !set.is_empty();
-        (is_other && is_sound && (!is_fuller() || is_worth_it())).then_some(most)
+        (is_other && is_sound && is_worth_it()).then_some(most)
     }
 
     /// Takes the twin as it is for the explanation: it leaves no gap that a cause explains overwhelmingly better.
@@ -366,15 +363,15 @@ pub(super) mod tests {
         assert_eq!(step(-10.0, 100.0), [false, true]);
     }
 
-    /// The most probable explanation is taken; a fuller one where it has most of the probability and is worth naming.
+    /// The explanation that has the probability that decides is taken, one with more effects where they are worth naming.
     #[test]
-    fn exact_the_most_probable_explanation_is_taken() {
+    fn exact_the_decided_explanation_is_taken() {
         let before = Score::even(1e4);
         let taken = |other: Candidate, share: f64| {
             let all = vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], 1.0, 100.0), other];
             let mut found = found(all, 1);
             found.posterior = vec![0.0, 1.0 - share, share];
-            found.most_probable(&before, 0.7)
+            found.decided(&before, 0.7)
         };
         let pair = |value: f64, left: f64| candidate(&[COULOMB, BACKLASH], value, left);
         assert_eq!(taken(pair(1.0, 40.0), 0.8), Some(2));
@@ -382,7 +379,7 @@ pub(super) mod tests {
         assert_eq!(taken(pair(1.0, 99.0), 0.8), None);
         assert_eq!(taken(pair(10.0, 40.0), 0.8), None);
         let other = |share: f64| taken(candidate(&[BACKLASH], 1.0, 40.0), share);
-        assert_eq!([other(0.6), other(0.4)], [Some(2), None]);
+        assert_eq!([other(0.8), other(0.6)], [Some(2), None]);
         assert_eq!(taken(candidate(&[BACKLASH], 10.0, 40.0), 0.8), None);
         assert_eq!(taken(candidate(&[], 1.0, 40.0), 0.8), None);
     }

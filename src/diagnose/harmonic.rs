@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn exact_a_pitch_of_its_own_stays_one() {
         for period in [0.012, 0.0078, 0.0171, 0.036] {
-            let mut causes = vec![pitch("cogging", 0.024, 0.9), pitch("second_cogging", period, 0.06)];
+            let mut causes = vec![pitch("cogging", 0.024, 0.9), pitch("second_cogging", period, 0.3)];
             assert!(fold(&mut causes).is_empty() && causes.len() == 2, "{period}");
         }
         // The third part of the second pitch is its harmonic, not the first one's.

@@ -91,8 +91,8 @@ impl Search<'_> {
         self.converge(&mut found, before)?;
         // Which explanations count beside the chosen one depends on it.
         for _ in 0..MOST_EFFECTS {
-            let Some(most) = found.most_probable(before, self.decides) else { break };
-            found.chosen = most;
+            let Some(decided) = found.decided(before, self.decides) else { break };
+            found.chosen = decided;
             found.posterior = posterior(&found, before);
         }
         Ok(found)

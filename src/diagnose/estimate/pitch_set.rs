@@ -61,7 +61,7 @@ impl<C: Fn(f64, Moment) -> [f64; 4] + Sync> Waves<'_, C> {
                 let others = self.beside(&frequencies, Some(k));
                 frequencies[k] = match round {
                     0 => self.strongest(&others),
-                    _ => self.refined(frequencies[k], &others),
+                    _ => self.undoubled(self.refined(frequencies[k], &others), &others),
                 };
             }
             let moved = |(a, b): (&f64, &f64)| (a - b).abs() > AT_REST * self.grid.spacing();
@@ -91,17 +91,22 @@ impl<C: Fn(f64, Moment) -> [f64; 4] + Sync> Waves<'_, C> {
         self.grid.explained(&self.block(frequency), beside).map_or(0.0, |(gain, _)| gain)
     }
 
-    /// The frequency that explains most beside others; one whose second harmonic explains as much by itself is that harmonic.
+    /// The frequency that explains most beside others.
     fn strongest(&self, beside: &Base) -> f64 {
         let gains: Vec<(f64, f64)> =
             self.grid.frequencies.par_iter().map(|&f| (f, self.gain(f, beside))).collect();
         let best = gains.into_iter().max_by(|a, b| a.1.total_cmp(&b.1)).map_or(0.0, |(f, _)| f);
-        let mut best = self.refined(best, beside);
-        let highest = self.grid.frequencies.last().copied().unwrap_or(best);
-        while 2.0 * best <= highest && self.gain(2.0 * best, beside) > AS_MUCH * self.gain(best, beside) {
-            best = self.refined(2.0 * best, beside);
+        self.undoubled(self.refined(best, beside), beside)
+    }
+
+    /// A frequency, or its second harmonic where that explains as much by itself.
+    fn undoubled(&self, mut frequency: f64, beside: &Base) -> f64 {
+        let highest = self.grid.frequencies.last().copied().unwrap_or(frequency);
+        let explains_as_much = |f: f64| self.gain(2.0 * f, beside) > AS_MUCH * self.gain(f, beside);
+        while 2.0 * frequency <= highest && explains_as_much(frequency) {
+            frequency = self.refined(2.0 * frequency, beside);
         }
-        best
+        frequency
     }
 
     /// The frequency that explains most within one step of the grid, by golden section.
