@@ -37,7 +37,7 @@ pub struct Presliding {
     /// σ₁ in N·s/m, or N·m·s/rad; not negative.
     #[serde(default, alias = "damping_nm_s_per_rad")]
     pub damping_n_s_per_m: f64,
-    /// λ, dimensionless.
+    /// λ: the damping fades at the velocity e^(−λ)·g/σ₁; 0 where it is not stated.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub damping_fading: f64,
 }
