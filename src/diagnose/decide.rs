@@ -77,8 +77,8 @@ pub struct Evidence {
 impl Evidence {
     /// The verdict that the evidence gives.
     ///
-    /// - `no_gap`: no effect is named, and noise is all that is left.
-    /// - `unknown`: more is left than noise leaves, a small gap, or the share that may stay open.
+    /// - `no_gap`: no effect is named, and noise is all that is left, or all that there was.
+    /// - `unknown`: more is left than noise leaves, than a small gap, and than the share that may stay open.
     /// - `cause`: little is left, and the effects named act with the probability that decides.
     /// - `undecided`: little is left, and other effects may act in their place.
     pub fn verdict(&self, limits: &Limits) -> Verdict {

@@ -34,8 +34,7 @@ pub struct Fit {
 const ROUGH_ROWS: usize = 20_000;
 
 impl Fit {
-    /// What the calibration strains belief: half the sum of squares of its deviations in standard deviations, with the
-    /// tolerance as two of them.
+    /// Negative logarithm of the calibration's prior; see [`Hypothesis::strain`].
     pub fn strain(&self) -> f64 {
         self.hypothesis.strain(&self.values)
     }
@@ -152,7 +151,7 @@ fn finish(objective: &Objective, Arrived { values, residuals }: Arrived, care: C
     let jacobian = objective.jacobian(&values, &residuals, care.known())?;
     let count = values.len();
     let weights = objective.weights(&residuals);
-    let (weight, _) = objective.prior(&values);
+    let (weight, _) = objective.hypothesis.prior(&values);
     let (normal, _) = objective.normal(&jacobian, &residuals, &weights, &values);
     let mut scatter = DMatrix::zeros(count, count);
     for block in blocks(objective) {

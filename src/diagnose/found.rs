@@ -135,7 +135,11 @@ impl Found {
     /// The explanation that has the probability that decides, where it is not the chosen one. One that has the chosen effects and more
     /// must be worth naming: what it adds pays its price in most draws, if not in as many as a step of the search asks for.
     pub(super) fn decided(&self, before: &Score, decides: f64) -> Option<usize> {
-        let most = (0..self.candidates.len()).find(|&k| self.posterior[k] >= decides)?;
+        let by_probability = |&a: &usize, &b: &usize| self.posterior[a].total_cmp(&self.posterior[b]);
+        let most = (0..self.candidates.len()).max_by(by_probability)?;
+        if self.posterior[most] < decides {
+            return None;
+        }
         let (set, own) = (self.candidates[most].effects(), self.effects());
         let is_worth_it = || !set.is_superset(own) || self.worth_naming(most, self.chosen, before);
         let is_sound = self.candidates[most].thorough && self.is_resolved(most);
@@ -320,7 +324,7 @@ pub(super) mod tests {
             standard_errors: vec![0.1; free.len()],
             covariance: nalgebra::DMatrix::from_diagonal_element(free.len(), free.len(), 0.01),
             shown: effects.clone(),
-            hypothesis: Hypothesis { effects, free, starts: vec![] },
+            hypothesis: Hypothesis { effects, free, starts: vec![], elsewhere: EffectSet::new() },
         };
         Candidate { fit, score: Score::even(mean_square), has_own_floor: false, thorough: true }
     }

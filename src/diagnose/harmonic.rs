@@ -12,7 +12,7 @@ const WHOLE: f64 = 0.01;
 /// The same of a wave smaller than [`SMALL`], which a further harmonic next to it pulls aside.
 const WHOLE_IF_SMALL: f64 = 0.1;
 /// Share of the whole's amplitude below which a wave is more often a harmonic than a pitch of its own: harmonics are a few per cent of
-/// the first, two pitches are of one size or another.
+/// the first, two pitches are of one size or another. One in five unrelated pitches is so near a whole ratio.
 const SMALL: f64 = 0.1;
 /// An interval that is wider holds a whole number by chance more often than once in ten times.
 const WIDEST: f64 = 0.05;
@@ -39,18 +39,21 @@ pub fn fold(causes: &mut Vec<Cause>) -> Vec<String> {
     folded
 }
 
-/// A cause that is a harmonic of another one, that one, and the order.
+/// A cause that is a harmonic of another one, that one, and the order: the pair whose ratio is nearest to a whole number.
 fn harmonic<'a>(causes: &'a [Cause]) -> Option<(usize, usize, u32)> {
     let group = |cause: &'a Cause| cause.group.as_deref().unwrap_or(&cause.effect);
     let pairs = (0..causes.len()).flat_map(|part| (0..causes.len()).map(move |whole| (part, whole)));
     // The pitch that its law has by itself stays, whatever it is a part of.
-    let mut pairs = pairs.filter(|&(part, whole)| {
+    let pairs = pairs.filter(|&(part, whole)| {
         part != whole && causes[part].group.is_some() && group(&causes[part]) == group(&causes[whole])
     });
-    pairs.find_map(|(part, whole)| {
+    let orders = pairs.filter_map(|(part, whole)| {
         let least = if is_small(&causes[part], &causes[whole]) { WHOLE_IF_SMALL } else { WHOLE };
-        Some((part, whole, order(period(&causes[whole])?, period(&causes[part])?, least)?))
-    })
+        let (order, off) = order(period(&causes[whole])?, period(&causes[part])?, least)?;
+        Some((part, whole, order, off))
+    });
+    let nearest = orders.min_by(|a, b| a.3.total_cmp(&b.3));
+    nearest.map(|(part, whole, order, _)| (part, whole, order))
 }
 
 fn period(cause: &Cause) -> Option<&Parameter> {
@@ -62,14 +65,15 @@ fn is_small(part: &Cause, whole: &Cause) -> bool {
     largest(part) < SMALL * largest(whole)
 }
 
-/// The order of a part of a whole, `least` being how far the ratio may always be off.
-fn order(whole: &Parameter, part: &Parameter, least: f64) -> Option<u32> {
+/// The order of a part of a whole and how far the ratio is off it, `least` being how far it may always be.
+fn order(whole: &Parameter, part: &Parameter, least: f64) -> Option<(u32, f64)> {
     let share = |p: &Parameter| 0.5 * (p.ci95[1] - p.ci95[0]) / p.value;
     let ratio = whole.value / part.value;
     let half = ratio * share(whole).hypot(share(part));
     let order = ratio.round();
-    let is_whole = (ratio - order).abs() <= half.clamp(least, WIDEST.max(least));
-    ((FIRST_ORDER..=LAST_ORDER).contains(&order) && is_whole).then_some(order as u32)
+    let off = (ratio - order).abs();
+    let is_whole = off <= half.clamp(least, WIDEST.max(least));
+    ((FIRST_ORDER..=LAST_ORDER).contains(&order) && is_whole).then_some((order as u32, off))
 }
 
 /// `amplitude_n` and `amplitude_2_n` of a harmonic as amplitudes of the whole: `amplitude_3_n` and `amplitude_6_n`.
@@ -142,6 +146,14 @@ mod tests {
         ];
         assert_eq!(fold(&mut causes), ["third_cogging"]);
         assert_eq!(causes[1].harmonics[0].order, 3);
+        // A small wave that is near a fifth part of the one and is the sixth part of the other.
+        let mut causes = vec![
+            pitch("cogging", 0.0164, 0.9),
+            pitch("second_cogging", 0.0199, 0.5),
+            pitch("third_cogging", 0.0199 / 6.0, 0.02),
+        ];
+        fold(&mut causes);
+        assert_eq!((&*causes[1].effect, causes[1].harmonics[0].order), ("second_cogging", 6));
         // A small wave is pulled aside; a large one that is as far off has a pitch of its own.
         let folded = |amplitude: f64| {
             let mut part = pitch("second_cogging", 0.0164 / 3.06, 0.01);

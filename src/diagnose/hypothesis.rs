@@ -6,6 +6,7 @@ use crate::effect::{EffectId, Nominal, Parameter};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::units::Motion;
+use nalgebra::DVector;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A set of effects that together might explain the gap; empty: the twin as it is.
@@ -44,7 +45,7 @@ pub struct Free {
 }
 
 /// A tolerance is so many standard deviations of what a stated constant is usually off by, in fits and where they are judged.
-pub(super) const TOLERANCE_SIGMAS: f64 = 2.0;
+const TOLERANCE_SIGMAS: f64 = 2.0;
 
 impl Free {
     /// How many standard deviations a calibrated constant is off; zero for a number of a cause, which may have no neutral value at all.
@@ -70,6 +71,8 @@ pub struct Hypothesis {
     pub free: Vec<Free>,
     /// Starting values, one set or several, in the order of `free`.
     pub starts: Vec<Vec<f64>>,
+    /// Effects that some starts put elsewhere than where a fit of another hypothesis left them.
+    pub elsewhere: EffectSet,
 }
 
 /// Whether an effect beside a set has something to modify, in the set or in the machine's file, or is no feature.
@@ -110,24 +113,35 @@ impl Hypothesis {
                 .take(MOST_STARTS)
                 .collect();
         }
-        starts.extend(
-            together
-                .into_iter()
-                .filter_map(|values| replaced(&starts[0], &places, values))
-                .collect::<Vec<_>>(),
-        );
+        let replaced: Vec<(EffectSet, Vec<f64>)> = together
+            .into_iter()
+            .filter_map(|values| {
+                Some((values.keys().copied().collect(), replaced(&starts[0], &places, values)?))
+            })
+            .collect();
+        let elsewhere = replaced.iter().flat_map(|(effects, _)| effects).copied().collect();
+        starts.extend(replaced.into_iter().map(|(_, start)| start));
         for calibration in calibrations(machine, effects) {
             let found = known.iter().find_map(|(other, values)| other.value(&calibration.path, values));
             let start = found.unwrap_or(calibration.neutral).clamp(calibration.range.0, calibration.range.1);
             starts.iter_mut().for_each(|set| set.push(start));
             free.push(calibration);
         }
-        Some(Self { effects: effects.clone(), free, starts })
+        Some(Self { effects: effects.clone(), free, starts, elsewhere })
     }
 
     /// Negative logarithm of the calibration's prior: half the sum of the squares of its deviations in standard deviations.
     pub fn strain(&self, values: &[f64]) -> f64 {
         0.5 * self.free.iter().zip(values).map(|(free, value)| free.deviation(*value).powi(2)).sum::<f64>()
+    }
+
+    /// Pull of calibration towards its stated values, in units of each number's scale: diagonal of the normal matrix and gradient, both
+    /// halves of the derivatives of the sum of squared deviations.
+    pub fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
+        let free = &self.free;
+        let rate = |k: usize| if free[k].freedom == Freedom::Calibration { TOLERANCE_SIGMAS } else { 0.0 };
+        let weight = DVector::from_fn(free.len(), |k, _| rate(k).powi(2));
+        (weight, DVector::from_fn(free.len(), |k, _| rate(k) * free[k].deviation(values[k])))
     }
 
     /// How many numbers its effects have.
@@ -199,9 +213,10 @@ pub(super) fn stated_values(machine: &Machine, effect: EffectId) -> Vec<f64> {
         .collect()
 }
 
-/// The same, then those of the numbers that are fitted where a recording tells them.
+/// The same, then those of the numbers that are fitted where a recording tells them, then those of form.
 pub(super) fn stated_numbers(machine: &Machine, effect: EffectId) -> Vec<f64> {
-    let further = effect.further().iter().map(|p| p.key(machine.motion()));
+    let further = effect.further().iter().chain(effect.form().iter().map(|form| &form.parameter));
+    let further = further.map(|p| p.key(machine.motion()));
     let further = further.map(|name| machine.number(&path(effect, name)).unwrap_or(0.0));
     stated_values(machine, effect).into_iter().chain(further).collect()
 }
@@ -307,7 +322,9 @@ fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
         let (name, unit) = (form.parameter.key(machine.motion()), form.parameter.unit(machine.motion()));
         let (path, scale) = (path(effect, name), form.tolerance);
         let neutral = machine.number(&path).unwrap_or(0.0);
-        let (freedom, range) = (Freedom::Calibration, (neutral - scale, neutral + scale));
+        let (low, high) = form.parameter.limits;
+        let (freedom, range) =
+            (Freedom::Calibration, ((neutral - scale).max(low), (neutral + scale).min(high)));
         Free { effect, name, unit, path, freedom, neutral, range, scale, held: false }
     })
 }

@@ -2,7 +2,7 @@
 
 use super::care::{Care, Sensitivities};
 use super::experiment::Experiment;
-use super::hypothesis::{Freedom, Hypothesis, TOLERANCE_SIGMAS};
+use super::hypothesis::Hypothesis;
 use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -25,7 +25,7 @@ const GUARD: f64 = 3.0;
 const MEDIAN_TO_SIGMA: f64 = 1.4826;
 
 /// What a fit minimises: normalised residuals of closed-loop replays, and calibration's distance from its
-/// stated values in tolerances.
+/// stated values in standard deviations (half tolerances).
 pub struct Objective<'a> {
     pub(super) machine: &'a Machine,
     pub(super) hypothesis: &'a Hypothesis,
@@ -108,6 +108,8 @@ impl<'a> Objective<'a> {
         let mut jacobian = DMatrix::zeros(residuals.len(), values.len());
         let (mut varied, mut steps) = (Vec::new(), Vec::new());
         for (k, free) in self.hypothesis.free.iter().enumerate() {
+            // The columns of what begins elsewhere were taken at another place.
+            let known = known.filter(|_| !self.hypothesis.elsewhere.contains(&free.effect));
             if let Some(column) = known.and_then(|known| known.column(free)) {
                 jacobian.set_column(k, &column);
                 continue;
@@ -132,15 +134,6 @@ impl<'a> Objective<'a> {
         Ok(jacobian)
     }
 
-    /// Pull of calibration towards its stated values: (diagonal of the normal matrix, gradient), scaled. Both are halves of the derivatives
-    /// of the sum of squared deviations.
-    pub(super) fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
-        let free = &self.hypothesis.free;
-        let rate = |k: usize| if free[k].freedom == Freedom::Calibration { TOLERANCE_SIGMAS } else { 0.0 };
-        let weight = DVector::from_fn(free.len(), |k, _| rate(k).powi(2));
-        (weight, DVector::from_fn(free.len(), |k, _| rate(k) * free[k].deviation(values[k])))
-    }
-
     /// Normal matrix and gradient of the weighted sum of squares.
     pub(super) fn normal(
         &self,
@@ -149,7 +142,7 @@ impl<'a> Objective<'a> {
         weights: &DVector<f64>,
         values: &[f64],
     ) -> (DMatrix<f64>, DVector<f64>) {
-        let (weight, pull) = self.prior(values);
+        let (weight, pull) = self.hypothesis.prior(values);
         let mut weighted = jacobian.clone();
         for mut column in weighted.column_iter_mut() {
             column.component_mul_assign(weights);

@@ -74,7 +74,8 @@ fn shift(machine: &Machine, key: &str, value: &toml::Value) -> Option<Shift> {
     let set = value.as_float().or_else(|| value.as_integer().map(|n| n as f64))?;
     let (name, number) = key.strip_prefix("effect.")?.split_once('.')?;
     let effect = EffectId::ALL.iter().copied().find(|effect| effect.name() == name)?;
-    let mut numbers = effect.parameters().iter().chain(effect.further()).enumerate();
+    let form = effect.form().iter().map(|form| &form.parameter);
+    let mut numbers = effect.parameters().iter().chain(effect.further()).chain(form).enumerate();
     let (index, parameter) = numbers.find(|(_, p)| [p.name, p.revolute_name].contains(&number))?;
     // One name for one number: the one that fits use.
     let path = path(effect, parameter.key(machine.motion()));

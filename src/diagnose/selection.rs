@@ -40,8 +40,8 @@ pub struct Search<'a> {
 const MOST_EFFECTS: usize = 6;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
-/// A share of the posterior below this changes no verdict.
-const LEAST_SHARE: f64 = 1e-3;
+/// A share of the posterior below this changes no verdict by what the rest of a fit may gain.
+const LEAST_SHARE: f64 = 0.05;
 /// A rough fit that gains less log-likelihood than this is left: the effect does not show.
 const LEAST_GAIN: f64 = 1.0;
 /// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
@@ -110,7 +110,8 @@ impl Search<'_> {
             let may_come = |e: &EffectId| !e.follows() || has_modified(self.machine, *e, set);
             let others = effects.filter(|e| !set.contains(e) && may_come(e));
             let mut proposals = Proposals::of(&screen, others.clone());
-            for effect in others.filter(|e| e.follows()) {
+            let is_found = |e: &EffectId| members(*e).iter().all(|of| of == e || set.contains(of));
+            for effect in others.filter(|e| e.follows() && is_found(e)) {
                 proposals.add_together(effect, &self.bare_screen(&machine, set, effect)?);
             }
             found.bases.insert(index, Base { sensitivities, proposals });
@@ -159,16 +160,16 @@ impl Search<'_> {
 
     /// Fits to the end whatever has a share of the posterior: only what has converged is compared.
     fn converge(&self, found: &mut Found, before: &Score) -> Result<()> {
-        for _ in 0..MOST_EFFECTS {
+        // Each round fits at least one of them to the end.
+        loop {
             found.posterior = posterior(found, before);
             let is_open = |k: &usize| !found.candidates[*k].thorough && found.posterior[*k] > LEAST_SHARE;
             let open: Vec<usize> = (0..found.candidates.len()).filter(is_open).collect();
             if open.is_empty() {
-                break;
+                return Ok(());
             }
             self.fit_to_the_end(found, open)?;
         }
-        Ok(())
     }
 
     /// Fits to the end those of the candidates that may matter.

@@ -329,6 +329,11 @@ pub(super) fn negative(name: &str, value: f64) -> Option<String> {
         .then(|| format!("{name} = {value}, expected zero or more, at most {most:e}"))
 }
 
+/// The sentence for a parameter that may be so large at most, either way.
+pub(super) fn beyond(name: &str, value: f64, most: f64) -> Option<String> {
+    (!(-most..=most).contains(&value)).then(|| format!("{name} = {value}, expected {} to {most}", -most))
+}
+
 /// The sentence for a parameter that must be finite.
 pub(super) fn infinite(name: &str, value: f64) -> Option<String> {
     let most = largest(name);

@@ -1,6 +1,6 @@
 //! Presliding friction: bristles that deflect before they slide.
 
-use super::law::{infinite, negative, not_positive};
+use super::law::{beyond, negative, not_positive};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
 use super::{Constants, EffectId, FormNumber, Law, Likeness, Nominal, Parameter, Site, Stretch};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// damping `(σ₁(v)/σ₀)·df/dt`. Dry friction by itself is its limit for σ₀ → ∞. The bristles start undeflected.
 ///
 /// The damping fades with speed, `σ₁(v) = σ₁·exp(−(v/v_d)²)`, `v_d = e^(−λ)·g/σ₁` (Olsson 1996). Which v_d a guide has is hardly ever
-/// known, and published values differ by more than ten: λ is free within ±ln 4 beside whatever has the bristles, never a cause.
+/// known, and v_d is a choice of the model in what is published (Olsson 1996): λ is free within ±ln 4 beside whatever has the bristles, never a cause.
 ///
 /// # Validity
 /// Motions after which the axis has travelled many times g/σ₀ look as without it. Without dry friction it does nothing.
@@ -46,6 +46,8 @@ fn is_zero(number: &f64) -> bool {
     *number == 0.0
 }
 
+/// |λ| at most: the damping then fades before the axis moves or not at all.
+const LARGEST_FADING: f64 = 10.0;
 /// λ at which the damping fades four times sooner or later: the tolerance.
 const FOURFOLD: f64 = 2.0 * std::f64::consts::LN_2;
 
@@ -56,14 +58,16 @@ impl Law for Presliding {
         Parameter::differing("stiffness_n_per_m", "stiffness_nm_per_rad", "N/m", "N·m/rad").positive(),
         Parameter::viscous("damping_n_s_per_m", "damping_nm_s_per_rad").not_negative(),
     ];
-    const FORM: &'static [FormNumber] =
-        &[FormNumber { parameter: Parameter::same("damping_fading", ""), tolerance: FOURFOLD }];
+    const FORM: &'static [FormNumber] = &[FormNumber {
+        parameter: Parameter::same("damping_fading", "").within(-LARGEST_FADING, LARGEST_FADING),
+        tolerance: FOURFOLD,
+    }];
     const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
 
     fn fault(&self) -> Option<String> {
         not_positive("stiffness_n_per_m", self.stiffness_n_per_m)
             .or_else(|| negative("damping_n_s_per_m", self.damping_n_s_per_m))
-            .or_else(|| infinite("damping_fading", self.damping_fading))
+            .or_else(|| beyond("damping_fading", self.damping_fading, LARGEST_FADING))
     }
 
     fn alter(&self, constants: &mut Constants) {
@@ -106,4 +110,20 @@ impl Law for Presliding {
     }
 
     const NOMINAL: Option<Nominal> = None;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_a_fading_beyond_its_limits_is_refused() {
+        let fault = |damping_fading: f64| {
+            Presliding { stiffness_n_per_m: 1e6, damping_n_s_per_m: 600.0, damping_fading }.fault()
+        };
+        assert_eq!([fault(10.0), fault(-10.0), fault(0.0)], [None, None, None]);
+        for value in [10.1, -1000.0, f64::NAN] {
+            assert!(fault(value).is_some_and(|fault| fault.contains("damping_fading")), "{value}");
+        }
+    }
 }

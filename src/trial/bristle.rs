@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 /// many times harder than the level just after a reversal. Over a step, v is the mean of the velocities at its ends, for which the
 /// deflection has a closed form: with `a = h·σ₀·|v|/g` and `z∞ = ±g/σ₀` it is `z₁ = z∞ + (z₀ − z∞)·e^(−a)` at the end and
 /// `z∞ + (z₀ − z∞)·(1 − e^(−a))/a` on average. The force is that of the average: the error falls with the square of the step. The velocity at the
-/// end solves the step's balance, which rises with it by at least one for two as long as σ₁ is below the mass over the step, so that a
+/// end solves the step's balance, which rises with it by at least one for two as long as σ₁ is below 0.6 of the mass over the step (p ≤ 3), so that a
 /// bracket is known and the root is unique.
 ///
 /// # Validity

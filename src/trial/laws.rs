@@ -60,7 +60,8 @@ impl Otherwise {
 ///
 /// # Model
 /// - Dry friction is [`ForgedBristle`]: its sliding level is that of the machine's dry friction at this speed and direction, the
-///   load's part included. Its damping is drawn where the machine states none.
+///   load's part included. Its damping is drawn where the machine states none; it fades by a law of its own, e^λ sooner where the
+///   machine states λ.
 /// - Cogging and force ripple have a third and a fourth harmonic, shares of the first.
 /// - What is [`Foreign`] acts as far as it acts on the plant: shocks push, and a warming scale in the loop shows its reading
 ///   in the place of the position.
@@ -120,11 +121,11 @@ impl ForgedLaws {
                 None => (0.0, 0.0),
             },
         };
-        let bristle = (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle {
-            stiffness,
-            damping,
-            fading: otherwise.bristle_fading,
-        });
+        let stated = dry.bristle.map_or(1.0, |bristle| bristle.fading);
+        let own = otherwise.bristle_fading;
+        let fading = Fading { share: own.share / stated, ..own };
+        let bristle =
+            (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle { stiffness, damping, fading });
         // Without a bristle there is nothing to do otherwise.
         let is_forged = |effect: &&Effect| bristle.is_some() && effect.unlike() == Unlike::Bristles;
         for friction in effects.iter().filter(is_forged) {

@@ -15,10 +15,10 @@ const BEGUN: usize = 2;
 const MOST_ROUNDS: usize = 8;
 /// Spatial frequencies are at rest when none moves by more than this part of the grid's step.
 const AT_REST: f64 = 1e-2;
-/// Halvings of the golden section around a frequency of the grid.
+/// Steps of the golden-section search around a frequency of the grid.
 const SECTIONS: usize = 12;
 
-/// Sets of `count` pitches that together explain most of `target`.
+/// Sets of `count` pitches that together explain most of `target`, each with the largest wave first.
 ///
 /// # Model
 /// RELAX: the pitch that explains most beside the others is added until there are `count`, then each is estimated again beside all
@@ -40,7 +40,22 @@ pub(super) fn pitch_sets(
     let Some(grid) = Grid::of(screen, target, MOST_SAMPLES) else { return Vec::new() };
     let waves = Waves { grid: &grid, columns: &columns };
     let first = pitches(screen, target, |rate, m| columns(rate, m).to_vec(), BEGUN);
-    first.iter().filter_map(|pitch| waves.pitches(&waves.relaxed(1.0 / pitch.period, count))).collect()
+    let mut sets: Vec<Vec<Pitch>> = Vec::new();
+    for pitch in first {
+        let Some(mut set) = waves.pitches(&waves.relaxed(1.0 / pitch.period, count)) else { continue };
+        set.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        let is_same =
+            |(a, b): (&Pitch, &Pitch)| (1.0 / a.period - 1.0 / b.period).abs() < AT_REST * grid.spacing();
+        if !sets.iter().any(|other| other.iter().zip(&set).all(is_same)) {
+            sets.push(set);
+        }
+    }
+    sets
+}
+
+/// Sum of the squares of a wave's coefficients.
+fn size(pitch: &Pitch) -> f64 {
+    pitch.coefficients.iter().map(|c| c * c).sum()
 }
 
 struct Waves<'a, C> {

@@ -61,8 +61,8 @@ pub(super) struct Separation {
 ///
 /// # Model
 /// With δ the difference of the two predictions in weighted units of noise, J the sensitivities of the one that is
-/// false, and p the distance of its calibrated constants from their stated values in tolerances, its new fit moves its
-/// numbers by the Δ that minimises `‖δ + J·Δ‖² + ‖p + Δ‖² − ‖p‖²`. Half of what is left is what it cannot take up.
+/// false, and p the distance of its calibrated constants from their stated values in standard deviations, its new fit moves its
+/// numbers by the Δ that minimises `‖δ + J·Δ‖² + ‖p + W·Δ‖² − ‖p‖²`, W being the scale of each number over its standard deviation. Half of what is left is what it cannot take up.
 ///
 /// # Validity
 /// Linear in Δ; bounds of the numbers are not looked at.
@@ -75,16 +75,8 @@ struct Refit {
 
 impl Refit {
     fn new(fit: &Fit) -> Self {
-        let free = &fit.hypothesis.free;
-        let calibrated = |k: usize| free[k].freedom == Freedom::Calibration;
-        let pull = |k: usize| {
-            if calibrated(k) { (fit.values[k] - free[k].neutral) / free[k].scale } else { 0.0 }
-        };
-        Self {
-            normal: DMatrix::from_diagonal(&DVector::from_fn(free.len(), |k, _| f64::from(calibrated(k)))),
-            gradient: DVector::from_fn(free.len(), |k, _| pull(k)),
-            energy: 0.0,
-        }
+        let (weight, gradient) = fit.hypothesis.prior(&fit.values);
+        Self { normal: DMatrix::from_diagonal(&weight), gradient, energy: 0.0 }
     }
 
     fn of((fit, seen): &(Fit, Vec<Seen>), truth: &[Seen]) -> Self {
@@ -173,7 +165,7 @@ pub(super) fn distance(a: &[Seen], b: &[Seen]) -> f64 {
 /// Misfit of an explanation to what another predicts, its calibration's distance from the stated values included,
 /// in nats.
 fn misfit((fit, seen): &(Fit, Vec<Seen>), truth: &[Seen]) -> f64 {
-    distance(seen, truth) + 0.5 * Refit::new(fit).gradient.norm_squared()
+    distance(seen, truth) + fit.strain()
 }
 
 /// Two explanations on the runs recorded so far: each refitted to what the other predicts for all of them.

@@ -199,7 +199,12 @@ mod tests {
         // A linear machine that is far from its own limits: one that rides on sliders.
         let machine = machines.find(|machine| machine.constants().has_slider_loads).unwrap();
         let effects = EffectSet::new();
-        let hypothesis = Hypothesis { effects: effects.clone(), free: vec![], starts: vec![] };
+        let hypothesis = Hypothesis {
+            effects: effects.clone(),
+            free: vec![],
+            starts: vec![],
+            elsewhere: EffectSet::new(),
+        };
         let truth = Fit {
             hypothesis,
             values: vec![],
