@@ -137,7 +137,8 @@ impl Found {
     pub(super) fn decided(&self, before: &Score, decides: f64) -> Option<usize> {
         let by_probability = |&a: &usize, &b: &usize| self.posterior[a].total_cmp(&self.posterior[b]);
         let most = (0..self.candidates.len()).max_by(by_probability)?;
-        if self.posterior[most] < decides {
+        // What does not show has no probability of its own and gives way to whatever is most probable.
+        if self.posterior[most] < decides && self.is_resolved(self.chosen) {
             return None;
         }
         let (set, own) = (self.candidates[most].effects(), self.effects());

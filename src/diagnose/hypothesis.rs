@@ -44,7 +44,7 @@ pub struct Free {
     pub held: bool,
 }
 
-/// A tolerance is so many standard deviations of what a stated constant is usually off by, in fits and where they are judged.
+/// A tolerance is so many standard deviations of what a stated constant is usually off by, where fits are judged.
 const TOLERANCE_SIGMAS: f64 = 2.0;
 
 impl Free {
@@ -135,13 +135,16 @@ impl Hypothesis {
         0.5 * self.free.iter().zip(values).map(|(free, value)| free.deviation(*value).powi(2)).sum::<f64>()
     }
 
-    /// Pull of calibration towards its stated values, in units of each number's scale: diagonal of the normal matrix and gradient, both
-    /// halves of the derivatives of the sum of squared deviations.
+    /// Pull of calibration towards its stated values in a fit, in tolerances: diagonal of the normal matrix and gradient, both halves of
+    /// the derivatives of the sum of squares.
     pub fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
         let free = &self.free;
-        let rate = |k: usize| if free[k].freedom == Freedom::Calibration { TOLERANCE_SIGMAS } else { 0.0 };
-        let weight = DVector::from_fn(free.len(), |k, _| rate(k).powi(2));
-        (weight, DVector::from_fn(free.len(), |k, _| rate(k) * free[k].deviation(values[k])))
+        let is_calibration = |k: usize| free[k].freedom == Freedom::Calibration;
+        let weigh = |k: usize| if is_calibration(k) { 1.0 } else { 0.0 };
+        // Numbers of a cause may have no neutral value at all.
+        let pull =
+            |k: usize| if is_calibration(k) { (values[k] - free[k].neutral) / free[k].scale } else { 0.0 };
+        (DVector::from_fn(free.len(), |k, _| weigh(k)), DVector::from_fn(free.len(), |k, _| pull(k)))
     }
 
     /// How many numbers its effects have.
@@ -310,15 +313,16 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
             None => {}
         }
     }
-    list.extend(forms(machine, effects));
+    list.extend(forms(machine));
     list
 }
 
-/// The numbers of form of what is hypothesised or stated.
-fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
-    let acts = |effect: &EffectId| effects.contains(effect) || machine.description().effect.contains(*effect);
-    let acting = EffectId::ALL.iter().copied().filter(acts);
-    acting.flat_map(|effect| effect.form().iter().map(move |form| (effect, form))).map(|(effect, form)| {
+/// The numbers of form of what is stated. What is only found has its usual form: its other numbers take up what that is off by, and a
+/// number more would make it fit what is not it.
+fn forms(machine: &Machine) -> impl Iterator<Item = Free> {
+    let stated =
+        EffectId::ALL.iter().copied().filter(|effect| machine.description().effect.contains(*effect));
+    stated.flat_map(|effect| effect.form().iter().map(move |form| (effect, form))).map(|(effect, form)| {
         let (name, unit) = (form.parameter.key(machine.motion()), form.parameter.unit(machine.motion()));
         let (path, scale) = (path(effect, name), form.tolerance);
         let neutral = machine.number(&path).unwrap_or(0.0);

@@ -25,7 +25,7 @@ const GUARD: f64 = 3.0;
 const MEDIAN_TO_SIGMA: f64 = 1.4826;
 
 /// What a fit minimises: normalised residuals of closed-loop replays, and calibration's distance from its
-/// stated values in standard deviations (half tolerances).
+/// stated values in tolerances.
 pub struct Objective<'a> {
     pub(super) machine: &'a Machine,
     pub(super) hypothesis: &'a Hypothesis,
@@ -153,7 +153,7 @@ impl<'a> Objective<'a> {
 
     pub(super) fn cost(&self, residuals: &DVector<f64>, weights: &DVector<f64>, values: &[f64]) -> f64 {
         let squares: f64 = residuals.iter().zip(weights).map(|(r, w)| w * r * r).sum();
-        squares + 2.0 * self.hypothesis.strain(values)
+        squares + self.hypothesis.prior(values).1.norm_squared()
     }
 
     /// Weights of the squared normalised residuals.

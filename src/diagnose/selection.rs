@@ -40,8 +40,8 @@ pub struct Search<'a> {
 const MOST_EFFECTS: usize = 6;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
-/// A share of the posterior below this changes no verdict by what the rest of a fit may gain.
-const LEAST_SHARE: f64 = 0.05;
+/// A share of the posterior below this changes no verdict.
+const LEAST_SHARE: f64 = 1e-3;
 /// A rough fit that gains less log-likelihood than this is left: the effect does not show.
 const LEAST_GAIN: f64 = 1.0;
 /// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
@@ -160,8 +160,8 @@ impl Search<'_> {
 
     /// Fits to the end whatever has a share of the posterior: only what has converged is compared.
     fn converge(&self, found: &mut Found, before: &Score) -> Result<()> {
-        // Each round fits at least one of them to the end.
-        loop {
+        // Where calibration leaves no gap, no share changes the verdict. Each round fits at least one of them to the end.
+        while !found.calibration_settles() {
             found.posterior = posterior(found, before);
             let is_open = |k: &usize| !found.candidates[*k].thorough && found.posterior[*k] > LEAST_SHARE;
             let open: Vec<usize> = (0..found.candidates.len()).filter(is_open).collect();
@@ -170,6 +170,8 @@ impl Search<'_> {
             }
             self.fit_to_the_end(found, open)?;
         }
+        found.posterior = posterior(found, before);
+        Ok(())
     }
 
     /// Fits to the end those of the candidates that may matter.

@@ -210,7 +210,7 @@ pub trait Law: Sized {
     /// Numbers that a fit chooses beside the parameters where the recording tells them; elsewhere they stay as the machine file
     /// states them. Zero leaves the twin as it is.
     const FURTHER: &'static [Parameter] = &[];
-    /// Numbers of its form: calibrated beside every hypothesis that has the effect, found or stated. Zero is the usual form.
+    /// Numbers of its form: calibrated where the machine's file states the effect. Zero is the usual form.
     const FORM: &'static [FormNumber] = &[];
     /// What it is, in a phrase that fits into "It lacked …".
     const PHRASE: &'static str;

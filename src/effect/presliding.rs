@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 /// damping `(σ₁(v)/σ₀)·df/dt`. Dry friction by itself is its limit for σ₀ → ∞. The bristles start undeflected.
 ///
 /// The damping fades with speed, `σ₁(v) = σ₁·exp(−(v/v_d)²)`, `v_d = e^(−λ)·g/σ₁` (Olsson 1996). Which v_d a guide has is hardly ever
-/// known, and v_d is a choice of the model in what is published (Olsson 1996): λ is free within ±ln 4 beside whatever has the bristles, never a cause.
+/// known; in what is published it is a choice of the model. λ is free within ±ln 4 where bristles are stated, never a cause.
 ///
 /// # Validity
 /// Motions after which the axis has travelled many times g/σ₀ look as without it. Without dry friction it does nothing.
@@ -37,7 +37,7 @@ pub struct Presliding {
     /// σ₁ in N·s/m, or N·m·s/rad; not negative.
     #[serde(default, alias = "damping_nm_s_per_rad")]
     pub damping_n_s_per_m: f64,
-    /// λ: the damping fades at the velocity e^(−λ)·g/σ₁; 0 where it is not stated.
+    /// λ, by which the damping fades at the velocity e^(−λ)·g/σ₁; 0 where it is not stated.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub damping_fading: f64,
 }
@@ -91,7 +91,7 @@ impl Law for Presliding {
         None
     }
 
-    const EQUATION: &'static str = "df/dx = −σ₀·(1 + sgn(v)·f/g)\ndamping (σ₁(v)/σ₀)·df/dt, σ₁(v) = σ₁·exp(−(v/v_d)²), v_d = e^(−λ)·g/σ₁";
+    const EQUATION: &'static str = "df/dx = −σ₀·(1 + sgn(v)·f/g)\ndamping (σ₁(v)/σ₀)·df/dt\nσ₁(v) = σ₁·exp(−(v/v_d)²)\nv_d = e^(−λ)·g/σ₁";
     const SYMBOLS: &'static [&'static str] = &["σ₀", "σ₁", "λ"];
     const SOURCE: &'static str = "Canudas de Wit, Olsson, Åström, Lischinsky (1995); Olsson (1996)";
     const SHOWN_BY: &'static str = "Force over the first micrometres after a reversal or a start: small moves, and settling after a stop.";

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// Tolerances of the stated constants, as fractions of their values.
 ///
 /// Inside its tolerance a deviation is *calibration*: estimated together with every hypothesis and reported
-/// as such. Beyond it, it is a cause. A tolerance is two standard deviations of what such constants are usually off by.
+/// as such. Beyond it, it is a cause.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerance {

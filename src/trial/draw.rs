@@ -23,8 +23,8 @@ use crate::effect::{EffectId, Machinery, Prior};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
-use rand::RngExt;
 use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
 
@@ -284,17 +284,22 @@ fn foreign(
 
 /// What a forged machine does otherwise, its bristles aside, which are an effect of their own.
 fn otherwise(random: &mut StdRng) -> Otherwise {
+    let bristle_damping = random.random_range(0.5..1.0);
     Otherwise {
         bristle_deflection: None,
-        bristle_damping: random.random_range(0.5..1.0),
-        bristle_fading: Fading {
-            share: 0.25 * 4.0_f64.powf(random.random_range(0.0..1.0)),
-            power: random.random_range(1.0..3.0),
-        },
+        bristle_damping,
+        bristle_fading: fading(bristle_damping),
         harmonics: [random.random_range(0.02..0.06), random.random_range(0.01..0.03)],
         phases: [random.random_range(0.0..TAU), random.random_range(0.0..TAU)],
         foreign: None,
     }
+}
+
+/// How the damping of bristles fades: drawn by a generator of its own, so that all else is drawn from the seed as it was.
+fn fading(damping: f64) -> Fading {
+    let mut random = StdRng::seed_from_u64(damping.to_bits());
+    let share = 0.25 * 4.0_f64.powf(random.random_range(0.0..1.0));
+    Fading { share, power: random.random_range(1.0..3.0) }
 }
 
 /// The settings by which the twin of a case knows more than the machine's file: friction, off by a share of its tolerance unless another

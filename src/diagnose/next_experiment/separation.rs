@@ -61,8 +61,8 @@ pub(super) struct Separation {
 ///
 /// # Model
 /// With δ the difference of the two predictions in weighted units of noise, J the sensitivities of the one that is
-/// false, and p the distance of its calibrated constants from their stated values in standard deviations, its new fit moves its
-/// numbers by the Δ that minimises `‖δ + J·Δ‖² + ‖p + W·Δ‖² − ‖p‖²`, W being the scale of each number over its standard deviation. Half of what is left is what it cannot take up.
+/// false, and p the distance of its calibrated constants from their stated values in tolerances, its new fit moves its
+/// numbers by the Δ that minimises `‖δ + J·Δ‖² + ‖p + Δ‖² − ‖p‖²`. Half of what is left is what it cannot take up.
 ///
 /// # Validity
 /// Linear in Δ; bounds of the numbers are not looked at.
@@ -165,7 +165,7 @@ pub(super) fn distance(a: &[Seen], b: &[Seen]) -> f64 {
 /// Misfit of an explanation to what another predicts, its calibration's distance from the stated values included,
 /// in nats.
 fn misfit((fit, seen): &(Fit, Vec<Seen>), truth: &[Seen]) -> f64 {
-    distance(seen, truth) + fit.strain()
+    distance(seen, truth) + 0.5 * fit.hypothesis.prior(&fit.values).1.norm_squared()
 }
 
 /// Two explanations on the runs recorded so far: each refitted to what the other predicts for all of them.
