@@ -60,7 +60,7 @@ use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{HeldOutRuns, Recording, Signal, Split, SplitRule, TrainingRuns};
-use decide::{Evidence, Limits};
+use decide::Limits;
 use evidence::Score;
 use experiment::Experiment;
 use floors::Floors;
@@ -244,8 +244,7 @@ impl<'a> Ready<'a> {
         let floors = [&self.floors.common, floor];
         let prove = || prove::rigid_body([self.machine, &improved], &self.held_out, floors);
         let rigid_body = if causes.is_empty() { None } else { prove() };
-        let evidence = found.evidence(&self.before, floor.is_measured());
-        let (verdict, withheld) = self.decide(&evidence, &options.limits, rigid_body.as_ref());
+        let (verdict, withheld) = self.decide(found, floor, &options.limits, rigid_body.as_ref());
         let next_experiment = match withheld {
             Some(_) => None,
             None => self.next_experiment(found, verdict, &mut causes)?,
@@ -317,7 +316,8 @@ impl<'a> Ready<'a> {
     /// The verdict, and why it is withheld if it is.
     fn decide(
         &self,
-        evidence: &Evidence,
+        found: &Found,
+        floor: &Floor,
         limits: &Limits,
         rigid_body: Option<&prove::RigidBody>,
     ) -> (Verdict, Option<grounds::Withheld>) {
@@ -327,7 +327,7 @@ impl<'a> Ready<'a> {
             gap_after: before.gap_after,
         });
         let grounds = grounds::Grounds { checks: &self.checks, reference, rigid_body };
-        decide::decide(evidence, limits, &grounds)
+        decide::decide(&found.evidence(&self.before, floor.is_measured()), limits, &grounds)
     }
 
     /// What the recorded motion could not test of the effects that the machine can have.
