@@ -198,14 +198,15 @@ impl Found {
 
     /// Whether a candidate predicts better than the chosen one by less than is worth naming: a detail that only
     /// shows once the chosen effects are in the twin, not a rival of them.
+    /// Beside a twin that leaves no gap, whatever predicts better is one.
     pub fn is_refinement(&self, index: usize, before: &Score) -> bool {
+        if self.is_settled {
+            return index != self.chosen && self.likelihood(index) > self.likelihood(self.chosen);
+        }
         let (other, chosen) = (&self.candidates[index].score, &self.candidates[self.chosen].score);
         let (more, own) = (self.candidates[index].effects(), self.effects());
         let numbers = |k: usize| self.candidates[k].fit.hypothesis.numbers();
         let is_fuller = more.len() > own.len() || numbers(index) > numbers(self.chosen);
-        if self.is_settled {
-            return index != self.chosen && self.likelihood(index) > self.likelihood(self.chosen);
-        }
         // Beside an explanation that leaves nothing open, whatever does as well is its rival; so is another one as simple,
         // in effects and in numbers.
         index != self.chosen

@@ -44,7 +44,8 @@ pub struct Free {
     pub held: bool,
 }
 
-/// A tolerance is so many standard deviations of what a stated constant is usually off by, where fits are judged.
+/// A tolerance is so many standard deviations of what a stated constant is usually off by, where fits are judged ([`Hypothesis::strain`]);
+/// fits themselves pull with one tolerance ([`Hypothesis::prior`]).
 const TOLERANCE_SIGMAS: f64 = 2.0;
 
 impl Free {

@@ -323,7 +323,7 @@ impl<'a> Ready<'a> {
     ) -> (Verdict, Option<grounds::Withheld>) {
         let before = self.known.reference.as_ref();
         let reference = before.map(|before| grounds::Before {
-            is_explained: before.verdict != Verdict::Unknown,
+            is_explained: before.is_explained(),
             gap_after: before.gap_after,
         });
         let grounds = grounds::Grounds { checks: &self.checks, reference, rigid_body };

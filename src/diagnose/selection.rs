@@ -160,18 +160,17 @@ impl Search<'_> {
 
     /// Fits to the end whatever has a share of the posterior: only what has converged is compared.
     fn converge(&self, found: &mut Found, before: &Score) -> Result<()> {
-        // Where calibration leaves no gap, no share changes the verdict. Each round fits at least one of them to the end.
-        while !found.calibration_settles() {
+        // Each round fits at least one of them to the end.
+        loop {
             found.posterior = posterior(found, before);
             let is_open = |k: &usize| !found.candidates[*k].thorough && found.posterior[*k] > LEAST_SHARE;
             let open: Vec<usize> = (0..found.candidates.len()).filter(is_open).collect();
-            if open.is_empty() {
+            // Where calibration leaves no gap, no share changes the verdict.
+            if open.is_empty() || found.calibration_settles() {
                 return Ok(());
             }
             self.fit_to_the_end(found, open)?;
         }
-        found.posterior = posterior(found, before);
-        Ok(())
     }
 
     /// Fits to the end those of the candidates that may matter.

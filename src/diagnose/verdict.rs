@@ -197,6 +197,13 @@ pub struct Reference {
     pub data: Data,
 }
 
+impl Reference {
+    /// Whether an explanation fits it.
+    pub fn is_explained(&self) -> bool {
+        self.verdict != Verdict::Unknown
+    }
+}
+
 /// Name and version of the form.
 pub const SCHEMA: &str = "slideway-diagnosis/1";
 

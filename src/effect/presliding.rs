@@ -74,7 +74,7 @@ impl Law for Presliding {
         constants.friction.bristle = Some(Bristle {
             stiffness: self.stiffness_n_per_m,
             damping: self.damping_n_s_per_m,
-            fading: self.damping_fading.exp(),
+            fading_factor: self.damping_fading.exp(),
         });
     }
 

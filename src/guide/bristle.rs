@@ -30,7 +30,7 @@ pub struct Bristle {
     /// σ₁ in N·s/m or N·m·s/rad; not negative.
     pub damping: f64,
     /// e^λ: velocity at which the damping would reach the level, over that at which it fades; more than zero.
-    pub fading: f64,
+    pub fading_factor: f64,
 }
 
 const MOST_ITERATIONS: usize = 60;
@@ -67,7 +67,7 @@ impl Bristle {
     ///
     /// ```
     /// use slideway::guide::{Bristle, Coast, Sliding};
-    /// let bristle = Bristle { stiffness: 1e6, damping: 0.0, fading: 1.0 };
+    /// let bristle = Bristle { stiffness: 1e6, damping: 0.0, fading_factor: 1.0 };
     /// // Sliding far: Coulomb friction.
     /// let coulomb = Sliding { level: |_, _| 10.0, drag: 0.0 };
     /// let (force, end) = bristle.step(-10.0, Coast::of_mass(100.0, 0.1, 1e-3), 1e-3, coulomb);
@@ -138,7 +138,7 @@ impl Bristle {
         let damping = if self.damping == 0.0 {
             0.0
         } else {
-            let fading = (speed * self.damping * self.fading / level).powi(2);
+            let fading = (speed * self.damping * self.fading_factor / level).powi(2);
             self.damping * (1.0 - fallen(fading)) / (self.stiffness * step_s)
         };
         let slope = rate * direction;
@@ -185,7 +185,7 @@ fn shape(a: f64, fallen: f64) -> ([f64; 2], [f64; 2]) {
 mod tests {
     use super::*;
 
-    const DAHL: Bristle = Bristle { stiffness: 2e6, damping: 0.0, fading: 1.0 };
+    const DAHL: Bristle = Bristle { stiffness: 2e6, damping: 0.0, fading_factor: 1.0 };
 
     fn coulomb(level: f64) -> Sliding<impl Fn(f64, f64) -> f64> {
         Sliding { level: move |_, _| level, drag: 0.0 }
@@ -229,7 +229,7 @@ mod tests {
     /// A push below the friction force deflects the bristles by an amount that holds it: the axis stops.
     #[test]
     fn exact_a_small_push_is_held() {
-        let bristle = Bristle { stiffness: 1e6, damping: 0.0, fading: 1.0 };
+        let bristle = Bristle { stiffness: 1e6, damping: 0.0, fading_factor: 1.0 };
         let (mass, step, drag) = (50.0, 250e-6, 4e3);
         let (mut velocity, mut force, mut position) = (0.0_f64, 0.0, 0.0);
         for _ in 0..40_000 {
@@ -250,7 +250,8 @@ mod tests {
     #[test]
     fn exact_small_motion_rings_with_the_damping_of_the_bristles() {
         let (mass, stiffness, ratio) = (50.0, 2e6_f64, 0.05);
-        let bristle = Bristle { stiffness, damping: 2.0 * ratio * (stiffness * mass).sqrt(), fading: 1.0 };
+        let bristle =
+            Bristle { stiffness, damping: 2.0 * ratio * (stiffness * mass).sqrt(), fading_factor: 1.0 };
         let omega = (stiffness / mass).sqrt();
         let damped = omega * (1.0 - ratio * ratio).sqrt();
         let error = |steps: u32| {
@@ -276,8 +277,8 @@ mod tests {
     fn exact_damping_fades_where_it_is_stated() {
         let (stiffness, sigma, level, step, velocity) = (2e6, 600.0, 8.0, 1e-3, 4e-3_f64);
         let coast = Coast::of_mass(1e30, velocity, step);
-        let answer = |damping: f64, fading: f64| {
-            Bristle { stiffness, damping, fading }.step(0.0, coast, step, coulomb(level))
+        let answer = |damping: f64, fading_factor: f64| {
+            Bristle { stiffness, damping, fading_factor }.step(0.0, coast, step, coulomb(level))
         };
         for lambda in [-1.2, 0.0, 0.7_f64] {
             let (elastic, end) = answer(0.0, lambda.exp());
@@ -291,7 +292,7 @@ mod tests {
     /// At a steady speed the force is the level at that speed and direction, with the direction's drag.
     #[test]
     fn exact_steady_sliding_is_the_level() {
-        let bristle = Bristle { stiffness: 1e6, damping: 500.0, fading: 1.0 };
+        let bristle = Bristle { stiffness: 1e6, damping: 500.0, fading_factor: 1.0 };
         let level =
             |direction: f64, speed: f64| 10.0 + 2.0 * direction + 6.0 * (-(speed / 0.004).powi(2)).exp();
         for velocity in [0.002, -0.002, 0.1, -0.1_f64] {

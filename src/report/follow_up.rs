@@ -35,7 +35,7 @@ pub(super) fn calibration(diagnosis: &Diagnosis, style: Style) -> String {
     out += &table.text(style);
     if diagnosis.calibration.iter().any(|calibration| calibration.at_tolerance) {
         let warning = "A constant at the edge of its tolerance would go further if it were free: \
-                       measure it again, or widen its tolerance.";
+                       measure it again, or widen its tolerance where the machine file has one.";
         out += &wrap(warning, style.width - columns(INDENT))
             .iter()
             .map(|line| format!("{INDENT}{}\n", style.ink(Ink::Warning, line)))

@@ -43,11 +43,17 @@ pub struct Fading {
     pub power: f64,
 }
 
+impl Fading {
+    /// As a Gaussian, where it would make half of the sliding level.
+    pub const HALF: Self = Self { share: 0.5, power: 2.0 };
+}
+
 impl Default for Fading {
     fn default() -> Self {
-        Self { share: 0.5, power: 2.0 }
+        Self::HALF
     }
 }
+
 /// Below this decay over a step the deflection changes evenly to nine digits, and its average in closed form would be a difference of
 /// rounding errors.
 const SMALL: f64 = 1e-4;

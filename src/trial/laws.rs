@@ -37,7 +37,7 @@ impl Otherwise {
         Self {
             bristle_deflection: Some(deflection),
             bristle_damping: damping,
-            bristle_fading: Fading { share: 0.5, power: 2.0 },
+            bristle_fading: Fading::HALF,
             harmonics: [0.0; 2],
             phases: [0.0; 2],
             foreign: None,
@@ -121,7 +121,7 @@ impl ForgedLaws {
                 None => (0.0, 0.0),
             },
         };
-        let stated = dry.bristle.map_or(1.0, |bristle| bristle.fading);
+        let stated = dry.bristle.map_or(1.0, |bristle| bristle.fading_factor);
         let own = otherwise.bristle_fading;
         let fading = Fading { share: own.share / stated, ..own };
         let bristle =

@@ -146,7 +146,7 @@ impl Grid {
         let (matrix, width) = (base.rest_of_each(columns), columns.ncols());
         let gram = matrix.transpose() * &matrix;
         let size = gram.diagonal().max();
-        // The columns have nothing of the base left: what the base explains of the target does not count.
+        // The columns have nothing of the base left, so that the target may have it.
         let right = matrix.transpose() * &self.target;
         // Columns that the base all but explains would blow up: a ridge far below any real column.
         let ridge = DMatrix::from_diagonal_element(width, width, 1e-6 * size.max(f64::MIN_POSITIVE));
@@ -197,19 +197,23 @@ fn frequencies(moments: &[Moment], longest: f64) -> Option<Vec<f64>> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    /// Four seconds of a sine of 2 rad/s.
+    pub(in crate::diagnose::estimate) fn swinging(amplitude: f64) -> Screen {
+        let angle = |k: usize| 2e-3 * k as f64;
+        Screen {
+            position: (0..4000).map(|k| amplitude * angle(k).sin()).collect(),
+            velocity: (0..4000).map(|k| 2.0 * amplitude * angle(k).cos()).collect(),
+            acceleration: (0..4000).map(|k| -4.0 * amplitude * angle(k).sin()).collect(),
+            ..Screen::default()
+        }
+    }
 
     #[test]
     fn exact_pitch_of_a_sine_is_found() {
-        let count = 4000;
-        let time = |k: usize| k as f64 * 1e-3;
-        let screen = Screen {
-            position: (0..count).map(|k| 0.1 * (2.0 * time(k)).sin()).collect(),
-            velocity: (0..count).map(|k| 0.2 * (2.0 * time(k)).cos()).collect(),
-            acceleration: (0..count).map(|k| -0.4 * (2.0 * time(k)).sin()).collect(),
-            ..Screen::default()
-        };
+        let screen = swinging(0.1);
         let target: Vec<f64> = screen
             .position
             .iter()

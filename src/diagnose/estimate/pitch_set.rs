@@ -163,19 +163,13 @@ impl<C: Fn(f64, Moment) -> [f64; 4] + Sync> Waves<'_, C> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::estimate::periodogram::tests::swinging;
 
     /// Two pitches of which one lies near the second harmonic of the other, on a travel of three periods: alone, the first takes the
     /// second one's wave for its own harmonic.
     #[test]
     fn exact_two_near_pitches_are_told_apart() {
-        let travel = 0.1;
-        let time = |k: usize| k as f64 * 1e-3;
-        let screen = Screen {
-            position: (0..4000).map(|k| 0.5 * travel * (2.0 * time(k)).sin()).collect(),
-            velocity: (0..4000).map(|k| travel * (2.0 * time(k)).cos()).collect(),
-            acceleration: (0..4000).map(|k| -2.0 * travel * (2.0 * time(k)).sin()).collect(),
-            ..Screen::default()
-        };
+        let screen = swinging(0.05);
         let waves = |x: &f64| {
             [(0.0343, 5.0, 0.4), (0.0181, 2.0, 1.3)]
                 .map(|(p, a, phase): (f64, f64, f64)| a * (TAU * x / p + phase).sin())
