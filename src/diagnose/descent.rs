@@ -51,18 +51,23 @@ pub(super) fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -
             break;
         }
         let mut next = None;
+        let mut tried: Option<DVector<f64>> = None;
         while damping < LARGEST_DAMPING {
-            let moved = model.step(damping).map(|step| model.moved(&step));
+            let step = model.step(damping);
+            let moved = step.as_ref().map(|step| model.moved(step));
             if moved.as_ref() == Some(&values) {
                 break;
             }
-            if let Some(moved) = moved {
+            // A step that hardly differs from the last one, which did not fall, is not replayed.
+            let is_new = |step: &DVector<f64>| tried.as_ref().is_none_or(|last| differs(step, last));
+            if let Some((step, moved)) = step.filter(is_new).zip(moved) {
                 let trial = objective.residuals(&moved)?;
                 let trial_cost = objective.cost(&trial, &weights, &moved);
                 if trial_cost < cost {
                     next = Some((moved, trial, (cost - trial_cost) / cost));
                     break;
                 }
+                tried = Some(step);
             }
             damping *= MORE_DAMPING;
         }
@@ -77,6 +82,13 @@ pub(super) fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -
         damping = if arrived { SMALLEST_DAMPING } else { (damping * LESS_DAMPING).max(SMALLEST_DAMPING) };
     }
     Ok(Arrived { values, residuals })
+}
+
+/// Two steps differ where their difference is longer than this share of either.
+const OTHER_STEP: f64 = 0.01;
+
+fn differs(step: &DVector<f64>, last: &DVector<f64>) -> bool {
+    (step - last).norm() > OTHER_STEP * step.norm()
 }
 
 /// The cost near some values as a quadratic form; steps are in units of the numbers' scales.

@@ -1,12 +1,13 @@
 //! Held-out evidence: how well fitted hypotheses predict runs they have not seen.
 
-use super::experiment::Experiment;
+use super::experiment::{Experiment, HeldOut};
 use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::Traces;
 use crate::twin::Sensing;
+use rayon::prelude::*;
 
 /// Sums of squared normalised residuals on the held-out runs, block by block and channel by channel.
 #[derive(Debug, Clone)]
@@ -44,11 +45,12 @@ struct Cell {
 const BLOCKS: usize = 40;
 
 impl Score {
-    /// Scores a machine on runs.
+    /// Scores a machine on held-out runs.
     ///
     /// # Errors
     /// A setting of a run that the machine does not have.
-    pub fn of(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Result<Self> {
+    pub fn of(machine: &Machine, held_out: &HeldOut, floor: &Floor) -> Result<Self> {
+        let experiments = held_out.runs();
         let traces = predictions(machine, experiments)?;
         Ok(Self::of_traces(experiments, &traces, floor))
     }
@@ -61,11 +63,8 @@ impl Score {
     ///
     /// # Errors
     /// A setting of a run that the machine does not have.
-    pub fn with_own_floor(
-        machine: &Machine,
-        experiments: &[Experiment],
-        [own, common]: [&Floor; 2],
-    ) -> Result<Self> {
+    pub fn with_own_floor(machine: &Machine, held_out: &HeldOut, [own, common]: [&Floor; 2]) -> Result<Self> {
+        let experiments = held_out.runs();
         let traces = predictions(machine, experiments)?;
         let channels = |experiment: &Experiment, predicted: &Traces| {
             let own_residuals = channels(experiment, predicted, own);
@@ -236,7 +235,7 @@ fn of(list: &[(Channel, f64)], channel: Channel) -> Option<f64> {
 }
 
 fn predictions(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Traces>> {
-    experiments.iter().map(|experiment| experiment.predict(machine, Sensing::Perfect)).collect()
+    experiments.par_iter().map(|experiment| experiment.predict(machine, Sensing::Perfect)).collect()
 }
 
 /// Residuals of a run in units of their noise: one list a channel, the recording's signals in their order, then what stands between two

@@ -5,7 +5,7 @@ use super::{measured, phase};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
-use crate::recording::{Run, Signal};
+use crate::recording::{HeldOutRuns, Run, Signal, TrainingRuns};
 use crate::replay::windows::{Input, Windowed};
 use crate::replay::{Recorded, Traces};
 use crate::twin::Sensing;
@@ -56,6 +56,12 @@ pub struct Experiment {
     second_sensor: Option<Signal>,
     settings: RunSettings,
 }
+
+/// Runs that fits see.
+pub type Training = TrainingRuns<Experiment>;
+
+/// Runs that only judge.
+pub type HeldOut = HeldOutRuns<Experiment>;
 
 /// How a run is replayed.
 #[derive(Debug, Clone)]

@@ -2,7 +2,7 @@
 
 pub use super::care::{Care, Sensitivities};
 use super::descent::{Arrived, descend};
-use super::experiment::Experiment;
+use super::experiment::{Experiment, Training};
 use super::hypothesis::{EffectSet, Free, Freedom, Hypothesis};
 use super::noise::Floor;
 use super::objective::Objective;
@@ -56,9 +56,10 @@ impl Fit {
     pub fn sensitivities(
         &self,
         machine: &Machine,
-        experiments: &[Experiment],
+        training: &Training,
         floor: &Floor,
     ) -> Result<Sensitivities> {
+        let experiments = training.runs();
         let mut objective = Objective::new(machine, &self.hypothesis, experiments, floor);
         let rows: usize = experiments.iter().map(|e| objective.rows(e) * e.signals().len()).sum();
         objective.stride = rows.div_ceil(ROUGH_ROWS).max(1);
@@ -79,7 +80,7 @@ impl Fit {
 /// Starts that are descended from at most.
 const DESCENTS: usize = 3;
 
-/// Fits a hypothesis from its starts, or from `warm` alone, and keeps the best.
+/// Fits a hypothesis to training runs from its starts, or from `warm` alone, and keeps the best.
 ///
 /// # Model
 /// Of several starts, those that already replay best are descended from. Levenberg–Marquardt between bounds. Residuals far outside their own spread count
@@ -91,12 +92,12 @@ const DESCENTS: usize = 3;
 pub fn fit(
     machine: &Machine,
     hypothesis: &Hypothesis,
-    experiments: &[Experiment],
+    training: &Training,
     floor: &Floor,
     warm: Option<&[f64]>,
     care: Care,
 ) -> Result<Fit> {
-    let objective = Objective::new(machine, hypothesis, experiments, floor).for_care(care);
+    let objective = Objective::new(machine, hypothesis, training.runs(), floor).for_care(care);
     let starts: Vec<Vec<f64>> = match warm {
         Some(values) => vec![inside(hypothesis, values)],
         None => promising(&objective)?,

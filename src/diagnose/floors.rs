@@ -1,7 +1,7 @@
 //! The noise floors of explanations: one that they share, and that of those whose effects make noise of their own.
 
 use super::evidence::Score;
-use super::experiment::Experiment;
+use super::experiment::{Experiment, HeldOut, Training};
 use super::fit::Fit;
 use super::hypothesis::{EffectSet, Hypothesis};
 use super::motion;
@@ -29,11 +29,11 @@ impl Floors {
     /// Whatever a replay refuses.
     pub fn estimate(
         machine: &Machine,
-        training: &[Experiment],
-        held_out: &[Experiment],
+        training: &Training,
+        held_out: &HeldOut,
         left: &BTreeMap<Signal, f64>,
     ) -> Result<Self> {
-        let all: Vec<&Experiment> = training.iter().chain(held_out).collect();
+        let all: Vec<&Experiment> = training.runs().iter().chain(held_out.runs()).collect();
         let floor = |machine: &Machine| Floor::estimate(machine, &all).map(|floor| floor.beside(left));
         let noisy = noisy(machine, training)?;
         let own = noisy.map(|(effect, twin)| floor(&twin).map(|floor| (effect, floor))).transpose()?;
@@ -52,7 +52,7 @@ impl Floors {
     ///
     /// # Errors
     /// A setting of a run that the machine does not have.
-    pub fn score(&self, machine: &Machine, fit: &Fit, runs: &[Experiment]) -> Result<(Score, bool)> {
+    pub fn score(&self, machine: &Machine, fit: &Fit, runs: &HeldOut) -> Result<(Score, bool)> {
         let twin = fit.machine(machine)?;
         if let Some(own) = self.own(&fit.hypothesis.effects) {
             let quiet = Score::of(&without_noise(machine, fit)?, runs, own)?;
@@ -65,12 +65,12 @@ impl Floors {
 }
 
 /// The machine with an effect that makes noise, as the training runs show it; none where they show none.
-fn noisy(machine: &Machine, training: &[Experiment]) -> Result<Option<(EffectId, Machine)>> {
+fn noisy(machine: &Machine, training: &Training) -> Result<Option<(EffectId, Machine)>> {
     let constants = machine.constants();
     let Some(&effect) = EffectId::ALL.iter().find(|e| e.makes_noise() && e.applies(&constants)) else {
         return Ok(None);
     };
-    let proposals = Proposals::of(&motion::screen(training, machine)?, [effect]);
+    let proposals = Proposals::of(&motion::screen(training.runs(), machine)?, [effect]);
     let hypothesis = Hypothesis::new(machine, &EffectSet::from([effect]), &proposals, &[]);
     let twin = hypothesis.and_then(|h| h.starts.first().map(|start| h.machine(machine, start)));
     Ok(twin.transpose()?.map(|twin| (effect, twin)))

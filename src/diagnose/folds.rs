@@ -1,11 +1,12 @@
 //! Each training run left out in turn: what the others say of it, and how far that differs from run to run.
 
 use super::evidence::{LEAST_EXCESS, Score};
-use super::experiment::Experiment;
+use super::experiment::Training;
 use super::fit::{Care, Fit, fit};
 use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
+use rayon::prelude::*;
 
 /// What fits to all training runs but one come to.
 pub struct Folds {
@@ -44,29 +45,29 @@ impl Folds {
     pub fn of(
         machine: &Machine,
         chosen: &Fit,
-        training: &[Experiment],
+        training: &Training,
         [common, own]: [&Floor; 2],
     ) -> Result<Self> {
-        let (mut before, mut after) = (0.0, 0.0);
-        let mut all: Vec<Vec<f64>> = Vec::new();
-        for left_out in 0..training.len() {
-            let test = &training[left_out..=left_out];
-            let rest = [&training[..left_out], &training[left_out + 1..]].concat();
-            let values = if rest.is_empty() {
-                chosen.values.clone()
-            } else {
-                let warm = Some(chosen.values.as_slice());
-                fit(machine, &chosen.hypothesis, &rest, common, warm, Care::Thorough)?.values
+        let fold = |left_out: usize| -> Result<(Vec<f64>, [f64; 2])> {
+            let (values, judge) = match training.leaving_out(left_out) {
+                None => (chosen.values.clone(), training.resubstituted()),
+                Some((rest, judge)) => {
+                    let warm = Some(chosen.values.as_slice());
+                    let fitted = fit(machine, &chosen.hypothesis, &rest, common, warm, Care::Thorough)?;
+                    (fitted.values, judge)
+                }
             };
-            before += Score::of(machine, test, common)?.mean_square();
-            after += Score::of(&chosen.hypothesis.machine(machine, &values)?, test, own)?.mean_square();
-            all.push(values);
-        }
-        let count = training.len() as f64;
-        let excess = before / count - 1.0;
-        let closed = (1.0 - (after / count - 1.0) / excess).min(1.0);
+            let before = Score::of(machine, &judge, common)?.mean_square();
+            let after = Score::of(&chosen.hypothesis.machine(machine, &values)?, &judge, own)?.mean_square();
+            Ok((values, [before, after]))
+        };
+        let runs = 0..training.runs().len();
+        let folds: Vec<(Vec<f64>, [f64; 2])> = runs.into_par_iter().map(fold).collect::<Result<_>>()?;
+        let mean = |k: usize| folds.iter().map(|(_, squares)| squares[k]).sum::<f64>() / folds.len() as f64;
+        let excess = mean(0) - 1.0;
+        let closed = (1.0 - (mean(1) - 1.0) / excess).min(1.0);
         let predicted_closed = if excess > LEAST_EXCESS { closed } else { 0.0 };
-        Ok(Self { predicted_closed, values: all })
+        Ok(Self { predicted_closed, values: folds.into_iter().map(|(values, _)| values).collect() })
     }
 
     /// The larger of the standard errors given and those of the scatter.

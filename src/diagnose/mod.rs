@@ -59,10 +59,10 @@ pub use verdict::{Diagnosis, Verdict};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::{HeldOutRuns, Recording, Signal, Split, SplitRule, TrainingRuns};
+use crate::recording::{HeldOutRuns, Recording, Run, Signal, Split, SplitRule, TrainingRuns};
 use decide::Limits;
 use evidence::Score;
-use experiment::Experiment;
+use experiment::{Experiment, HeldOut, Training};
 use floors::Floors;
 use folds::Folds;
 use found::{Candidate, Found};
@@ -135,7 +135,7 @@ fn diagnose_after(
 ) -> Result<Diagnosis> {
     let split = recording.split_within(SplitRule::default(), options.most_samples)?;
     let mut ready = Ready::new(machine, &split.training, &split.held_out, known)?;
-    let view = View::of(machine, &ready.training, options.catalogue);
+    let view = View::of(machine, ready.training.runs(), options.catalogue);
     // What is fitted to a column that is not what it is taken for says nothing.
     let is_fit_to_judge = grounds::fatal(&ready.checks).next().is_none();
     let catalogue = if is_fit_to_judge { &view.catalogue[..] } else { &[] };
@@ -159,8 +159,8 @@ fn diagnose_after(
 /// Runs made ready, with what is known before the search.
 struct Ready<'a> {
     machine: &'a Machine,
-    training: Vec<Experiment>,
-    held_out: Vec<Experiment>,
+    training: Training,
+    held_out: HeldOut,
     floors: Floors,
     before: Score,
     /// Stretches of the signal path that show no gap of their own.
@@ -177,15 +177,13 @@ impl<'a> Ready<'a> {
         held_out: &HeldOutRuns,
         known: Before,
     ) -> Result<Self> {
-        let experiments = |runs: &[crate::recording::Run]| -> Result<Vec<Experiment>> {
-            runs.iter().map(|run| Experiment::new(run, machine)).collect()
-        };
-        let (training, held_out) = (experiments(training.runs())?, experiments(held_out.runs())?);
-        dead_reference::refuse(&training.iter().chain(&held_out).collect::<Vec<_>>())?;
-        let checks = check::check(machine, &training, &held_out);
+        let ready = |run: &Run| Experiment::new(run, machine);
+        let (training, held_out) = (training.prepare(ready)?, held_out.prepare(ready)?);
+        dead_reference::refuse(&training.runs().iter().chain(held_out.runs()).collect::<Vec<_>>())?;
+        let checks = check::check(machine, training.runs(), held_out.runs());
         let floors = Floors::estimate(machine, &training, &held_out, &known.left)?;
         let before = Score::of(machine, &held_out, &floors.common)?;
-        let clean = cut::clean(machine, &training)?;
+        let clean = cut::clean(machine, training.runs())?;
         Ok(Self { machine, training, held_out, floors, before, clean, known, checks })
     }
 
@@ -193,7 +191,7 @@ impl<'a> Ready<'a> {
     fn set_floors(&mut self, twin: &Machine) -> Result<bool> {
         let floors = Floors::estimate(twin, &self.training, &self.held_out, &self.known.left)?;
         let is_like = |runs: &[Experiment]| floors.common.is_like(&self.floors.common, runs);
-        if is_like(&self.training) && is_like(&self.held_out) {
+        if is_like(self.training.runs()) && is_like(self.held_out.runs()) {
             return Ok(false);
         }
         self.floors = floors;
@@ -211,7 +209,7 @@ impl<'a> Ready<'a> {
         let constants = self.machine.constants();
         let applies = |effect: &EffectId| effect.applies(&constants);
         let catalogue: Vec<EffectId> = options.catalogue.iter().copied().filter(applies).collect();
-        let catalogue = cut::left(&catalogue, &self.clean, &self.training);
+        let catalogue = cut::left(&catalogue, &self.clean, self.training.runs());
         let search = Search {
             machine: self.machine,
             training: &self.training,
@@ -242,7 +240,7 @@ impl<'a> Ready<'a> {
         let mut causes = conclude::causes(found, &self.before, &folds);
         let harmonics = harmonic::fold(&mut causes);
         let floors = [&self.floors.common, floor];
-        let prove = || prove::rigid_body([self.machine, &improved], &self.held_out, floors);
+        let prove = || prove::rigid_body([self.machine, &improved], self.held_out.runs(), floors);
         let rigid_body = if causes.is_empty() { None } else { prove() };
         let (verdict, withheld) = self.decide(found, floor, &options.limits, rigid_body.as_ref());
         let next_experiment = match withheld {
@@ -254,17 +252,17 @@ impl<'a> Ready<'a> {
             [self.machine, &improved],
             [&self.before, &chosen.score],
             (found.share(found.chosen, &self.before), predicted),
-            &self.held_out,
+            self.held_out.runs(),
             floor,
         )?;
         let gap = verdict::Gap { rigid_body, ..gap };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
-        let mut place = locate::locate([self.machine, &improved], &self.held_out, &self.floors.common)?;
+        let mut place = locate::locate([self.machine, &improved], self.held_out.runs(), &self.floors.common)?;
         attribute::attribute(&mut place, &causes, unexplained);
         let left = match verdict {
             Verdict::NoGap => None,
             _ if chosen.score.gap() <= decide::ADEQUATE_GAP => None,
-            _ => Some(shape::shape(&improved, &self.held_out, floor)?),
+            _ => Some(shape::shape(&improved, self.held_out.runs(), floor)?),
         };
         Ok(Diagnosis {
             schema: verdict::SCHEMA.to_owned(),
@@ -276,7 +274,11 @@ impl<'a> Ready<'a> {
             refinements: conclude::refinements(found, &self.before),
             calibration: conclude::calibration(&chosen.fit),
             identifiability: identifiability::Identifiability::of(&chosen.fit),
-            residual_whiteness: residual_whiteness::residual_whiteness(&improved, &self.held_out, floor)?,
+            residual_whiteness: residual_whiteness::residual_whiteness(
+                &improved,
+                self.held_out.runs(),
+                floor,
+            )?,
             gap,
             following_error: self.following_error(),
             place,
@@ -286,7 +288,7 @@ impl<'a> Ready<'a> {
             causes,
             untested: if verdict == Verdict::Unknown { self.untested(options) } else { Vec::new() },
             not_examined: Vec::new(),
-            ruled_out: cut::ruled_out(options.catalogue, &self.clean, &self.training),
+            ruled_out: cut::ruled_out(options.catalogue, &self.clean, self.training.runs()),
             checks: self.findings(chosen),
             data: self.data(recording, split),
             reference: self.known.reference.clone(),
@@ -295,7 +297,7 @@ impl<'a> Ready<'a> {
     }
 
     fn following_error(&self) -> Option<verdict::FollowingError> {
-        let pairs = self.held_out.iter().filter_map(|experiment| {
+        let pairs = self.held_out.runs().iter().filter_map(|experiment| {
             let run = experiment.run();
             run.signal(Signal::PositionReference).zip(run.signal(Signal::Position))
         });
@@ -308,7 +310,8 @@ impl<'a> Ready<'a> {
     fn set_phases(&self, causes: &mut [verdict::Cause], improved: &Machine) -> Result<()> {
         let vibrates = |cause: &&mut verdict::Cause| cause.effect == EffectId::ExternalVibration.name();
         if let Some(cause) = causes.iter_mut().find(vibrates) {
-            cause.phases = conclude::phases(improved, self.training.iter().chain(&self.held_out))?;
+            cause.phases =
+                conclude::phases(improved, self.training.runs().iter().chain(self.held_out.runs()))?;
         }
         Ok(())
     }
@@ -335,7 +338,7 @@ impl<'a> Ready<'a> {
         let constants = self.machine.constants();
         let applies = |effect: &EffectId| effect.applies(&constants);
         let catalogue: Vec<EffectId> = options.catalogue.iter().copied().filter(applies).collect();
-        let runs: Vec<&Experiment> = self.training.iter().chain(&self.held_out).collect();
+        let runs: Vec<&Experiment> = self.training.runs().iter().chain(self.held_out.runs()).collect();
         untested::untested(self.machine, &runs, &catalogue)
     }
 
@@ -344,8 +347,8 @@ impl<'a> Ready<'a> {
         let names = |runs: &[Experiment]| runs.iter().map(|e| e.run().name().to_string()).collect();
         verdict::Data {
             machine: self.machine.description().name.clone(),
-            training: names(&self.training),
-            held_out: names(&self.held_out),
+            training: names(self.training.runs()),
+            held_out: names(self.held_out.runs()),
             sha256: recording.sha256(),
             note: recording.note.clone(),
             cut: split.cut.clone(),
@@ -356,8 +359,8 @@ impl<'a> Ready<'a> {
     /// What is to be known of the data.
     fn findings(&self, chosen: &Candidate) -> Vec<check::Finding> {
         let mut findings = self.checks.clone();
-        findings.extend(visibility::findings(&self.training));
-        findings.extend(visibility::findings(&self.held_out));
+        findings.extend(visibility::findings(self.training.runs()));
+        findings.extend(visibility::findings(self.held_out.runs()));
         findings.extend(chosen.has_own_floor.then(check::coarse_readings));
         findings
     }
@@ -375,8 +378,8 @@ impl<'a> Ready<'a> {
         }
         let proposal = next_experiment::propose(&next_experiment::Question {
             machine: self.machine,
-            training: &self.training,
-            held_out: &self.held_out,
+            training: self.training.runs(),
+            held_out: self.held_out.runs(),
             floor: self.floor_of(&found.candidates[found.chosen]),
             found,
             rivals: rivals::open_rivals(found, verdict == Verdict::Undecided),

@@ -118,12 +118,26 @@ impl Floor {
 
     /// Residuals of one signal of a run, recorded less predicted, in units of their noise.
     pub fn normalised(&self, experiment: &Experiment, signal: Signal, predicted: &Traces) -> Vec<f64> {
+        self.normalised_every(experiment, signal, predicted, 1)
+    }
+
+    /// Every so many of these residuals one, from the first on.
+    pub fn normalised_every(
+        &self,
+        experiment: &Experiment,
+        signal: Signal,
+        predicted: &Traces,
+        stride: usize,
+    ) -> Vec<f64> {
         let measured = experiment.run().signal(signal).unwrap_or_default();
-        let pairs = measured.iter().zip(predicted.signal(signal).unwrap_or_default());
+        let pairs = measured.iter().zip(predicted.signal(signal).unwrap_or_default()).step_by(stride);
         let scale = 1.0 / self.sigma(signal);
         match self.profile(experiment, signal) {
             None => pairs.map(|(m, p)| (m - p) * scale).collect(),
-            Some(profile) => pairs.zip(profile).map(|((m, p), wider)| (m - p) * scale / wider).collect(),
+            Some(profile) => {
+                let widths = profile.iter().step_by(stride);
+                pairs.zip(widths).map(|((m, p), wider)| (m - p) * scale / wider).collect()
+            }
         }
     }
 

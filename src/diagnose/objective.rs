@@ -7,7 +7,9 @@ use super::noise::Floor;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use crate::replay::Traces;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Finite-difference step in units of a number's scale. Numbers that compensate each other leave a change that is 10⁻⁴ to 10⁻⁶ of
@@ -75,18 +77,14 @@ impl<'a> Objective<'a> {
         let machines: Vec<Option<Machine>> =
             sets.iter().map(|values| self.hypothesis.machine(self.machine, values).ok()).collect();
         let valid: Vec<Machine> = machines.iter().flatten().cloned().collect();
-        let mut all: Vec<Vec<f64>> = vec![Vec::new(); valid.len()];
-        for experiment in self.experiments {
+        let of_run = |experiment: &Experiment| -> Result<Vec<Vec<f64>>> {
             let predicted = experiment.predict_together(&valid)?;
-            for (residuals, traces) in all.iter_mut().zip(&predicted) {
-                for &signal in experiment.signals() {
-                    let residual = self.floor.normalised(experiment, signal, traces);
-                    residuals.extend(residual.into_iter().step_by(self.stride));
-                }
-            }
-        }
+            Ok(predicted.iter().map(|traces| self.of_run(experiment, traces)).collect())
+        };
+        let runs: Vec<Vec<Vec<f64>>> = self.experiments.par_iter().map(of_run).collect::<Result<_>>()?;
+        let mut all =
+            (0..valid.len()).map(|k| runs.iter().flat_map(|run| &run[k]).copied().collect::<Vec<f64>>());
         let bounded = |r: f64| if r.is_finite() { r.clamp(-LARGEST, LARGEST) } else { LARGEST };
-        let mut all = all.into_iter();
         let rows = || self.experiments.iter().map(|e| self.rows(e) * e.signals().len()).sum();
         // A value that the description refuses (no mass left, say) explains nothing.
         let refused = || DVector::from_element(rows(), LARGEST);
@@ -95,6 +93,12 @@ impl<'a> Objective<'a> {
             None => refused(),
         };
         Ok(machines.iter().map(of).collect())
+    }
+
+    /// Normalised residuals of one run, signal after signal.
+    fn of_run(&self, experiment: &Experiment, predicted: &Traces) -> Vec<f64> {
+        let of = |&signal: &Signal| self.floor.normalised_every(experiment, signal, predicted, self.stride);
+        experiment.signals().iter().flat_map(of).collect()
     }
 
     /// Derivatives of the residuals by the numbers in units of their scale; columns that `known` has are taken from

@@ -3,7 +3,7 @@
 use super::Progress;
 use super::estimate::Screen;
 use super::evidence::Score;
-use super::experiment::Experiment;
+use super::experiment::{HeldOut, Training};
 use super::fit::{Care, Fit, fit};
 use super::floors::Floors;
 use super::found::{Base, Candidate, Found, posterior};
@@ -21,9 +21,9 @@ pub struct Search<'a> {
     /// The twin as it is.
     pub machine: &'a Machine,
     /// Runs that fits may see.
-    pub training: &'a [Experiment],
+    pub training: &'a Training,
     /// Runs that only judge.
-    pub held_out: &'a [Experiment],
+    pub held_out: &'a HeldOut,
     /// Noise floors.
     pub floors: &'a Floors,
     /// Effects that may be named.
@@ -104,7 +104,7 @@ impl Search<'_> {
             let fit = &found.candidates[index].fit;
             let machine = fit.machine(self.machine)?;
             let sensitivities = fit.sensitivities(self.machine, self.training, &self.floors.common)?;
-            let screen = motion::screen(self.training, &machine)?;
+            let screen = motion::screen(self.training.runs(), &machine)?;
             let effects = self.catalogue.iter().copied();
             let set = &fit.hypothesis.effects;
             let may_come = |e: &EffectId| !e.follows() || has_modified(self.machine, *e, set);
@@ -123,7 +123,7 @@ impl Search<'_> {
     fn bare_screen(&self, machine: &Machine, found: &EffectSet, effect: EffectId) -> Result<Screen> {
         let modified = members(effect).into_iter().filter(|of| found.contains(of));
         let bare = modified.rev().try_fold(machine.clone(), |machine, of| machine.without_effect(of))?;
-        motion::screen(self.training, &bare)
+        motion::screen(self.training.runs(), &bare)
     }
 
     /// Looks at sets of effects, building on a candidate: those not looked at yet are fitted roughly, the best of

@@ -37,38 +37,61 @@ impl SplitRule {
 
 /// Runs that parameters may be fitted to. Made only by [`Recording::split`].
 #[derive(Debug, Clone)]
-pub struct TrainingRuns {
-    runs: Vec<Run>,
+pub struct TrainingRuns<T = Run> {
+    runs: Vec<T>,
 }
 
-/// Runs that judge what was fitted elsewhere. Made only by [`Recording::split`].
+/// Runs that judge what was fitted elsewhere. Made only by [`Recording::split`] and by [`TrainingRuns::leaving_out`].
 #[derive(Debug, Clone)]
-pub struct HeldOutRuns {
-    runs: Vec<Run>,
+pub struct HeldOutRuns<T = Run> {
+    runs: Vec<T>,
 }
 
-impl TrainingRuns {
+impl<T> TrainingRuns<T> {
     /// The runs, sorted by name; at least one.
-    pub fn runs(&self) -> &[Run] {
+    pub fn runs(&self) -> &[T] {
         &self.runs
     }
 
-    /// The training runs without one of them, and that one, for cross-validation inside the training runs;
+    /// The same runs in another form, one each.
+    ///
+    /// # Errors
+    /// The first one that `prepare` returns.
+    pub fn prepare<U>(&self, prepare: impl Fn(&T) -> Result<U>) -> Result<TrainingRuns<U>> {
+        Ok(TrainingRuns { runs: self.runs.iter().map(prepare).collect::<Result<_>>()? })
+    }
+}
+
+impl<T: Clone> TrainingRuns<T> {
+    /// The training runs without one of them, and that one as their judge, for cross-validation inside the training runs;
     /// nothing when it is the only one or the index is beyond the last.
-    pub fn leaving_out(&self, index: usize) -> Option<(Self, Run)> {
+    pub fn leaving_out(&self, index: usize) -> Option<(Self, HeldOutRuns<T>)> {
         if self.runs.len() < 2 || index >= self.runs.len() {
             return None;
         }
         let mut runs = self.runs.clone();
-        let left_out = runs.remove(index);
+        let left_out = HeldOutRuns { runs: vec![runs.remove(index)] };
         Some((Self { runs }, left_out))
+    }
+
+    /// The training runs as judges of what was fitted to them: resubstitution, an optimistic measure.
+    pub fn resubstituted(&self) -> HeldOutRuns<T> {
+        HeldOutRuns { runs: self.runs.clone() }
     }
 }
 
-impl HeldOutRuns {
+impl<T> HeldOutRuns<T> {
     /// The runs, sorted by name; at least one.
-    pub fn runs(&self) -> &[Run] {
+    pub fn runs(&self) -> &[T] {
         &self.runs
+    }
+
+    /// The same runs in another form, one each.
+    ///
+    /// # Errors
+    /// The first one that `prepare` returns.
+    pub fn prepare<U>(&self, prepare: impl Fn(&T) -> Result<U>) -> Result<HeldOutRuns<U>> {
+        Ok(HeldOutRuns { runs: self.runs.iter().map(prepare).collect::<Result<_>>()? })
     }
 }
 

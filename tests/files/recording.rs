@@ -1033,7 +1033,7 @@ fn exact_cross_validation_stays_inside_the_training_runs() {
     let (training, _) = Recording::new(numbered(8)).unwrap().split(SplitRule::default()).unwrap();
     let (rest, left_out) = training.leaving_out(2).unwrap();
     assert_eq!(rest.runs().len() + 1, training.runs().len());
-    assert_eq!(left_out.name(), training.runs()[2].name());
+    assert_eq!(left_out.runs()[0].name(), training.runs()[2].name());
     assert!(training.leaving_out(99).is_none());
 }
 

@@ -23,30 +23,32 @@ impl Seen {
     /// Replays the run as the explanation has it.
     ///
     /// # Errors
-    /// Whatever a replay refuses.
+    /// Whatever a replay refuses, and values that the machine's description refuses.
     pub(super) fn of(fit: &Fit, stage: &Stage, base: &Machine) -> Result<Self> {
-        let image = stage.image(base, fit, &fit.values)?;
-        let sensitivities = sensitivities(stage, base, fit, &image);
+        // Refused values are named as the description names them.
+        fit.machine(base)?;
+        let (mut sets, mut steps) = (vec![fit.values.clone()], Vec::new());
+        for (k, free) in fit.hypothesis.free.iter().enumerate().filter(|(_, free)| !free.held) {
+            let mut varied = fit.values.clone();
+            let reach = DIFFERENCE * free.scale;
+            let step = if varied[k] + reach <= free.range.1 { reach } else { -reach };
+            if varied[k] + step < free.range.0 {
+                continue; // no room to vary
+            }
+            varied[k] += step;
+            sets.push(varied);
+            steps.push((k, free.scale / step));
+        }
+        let mut images = stage.images(base, fit, &sets)?.into_iter();
+        let image = images.next().flatten().unwrap_or_default();
+        let mut sensitivities = DMatrix::zeros(image.len(), fit.values.len());
+        for ((k, per_step), moved) in steps.into_iter().zip(images) {
+            // A value that the description refuses is one that a fit cannot take either.
+            let Some(moved) = moved else { continue };
+            sensitivities.set_column(k, &((moved - &image) * per_step));
+        }
         Ok(Self { image, sensitivities })
     }
-}
-
-fn sensitivities(stage: &Stage, base: &Machine, fit: &Fit, image: &DVector<f64>) -> DMatrix<f64> {
-    let free = &fit.hypothesis.free;
-    let mut columns = DMatrix::zeros(image.len(), free.len());
-    for (k, free) in free.iter().enumerate().filter(|(_, free)| !free.held) {
-        let mut varied = fit.values.clone();
-        let reach = DIFFERENCE * free.scale;
-        let step = if varied[k] + reach <= free.range.1 { reach } else { -reach };
-        if varied[k] + step < free.range.0 {
-            continue; // no room to vary
-        }
-        varied[k] += step;
-        // A value that the description refuses is one that a fit cannot take either.
-        let Ok(moved) = stage.image(base, fit, &varied) else { continue };
-        columns.set_column(k, &((moved - image) * (free.scale / step)));
-    }
-    columns
 }
 
 /// Expected difference of log-likelihood between two explanations, in nats, and the signals that tell.

@@ -9,7 +9,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
 use crate::replay::recording::recorded;
-use crate::replay::{PlantChoice, simulate};
+use crate::replay::{PlantChoice, Traces, simulate};
 use crate::twin::Sensing;
 use nalgebra::DVector;
 use std::collections::BTreeMap;
@@ -126,26 +126,32 @@ impl Stage {
         Ok(Some(Self { experiment, channels }))
     }
 
-    /// What a hypothesis predicts, all signals one after the other in weighted units of noise; its squared distance to
-    /// another prediction is twice a difference of log-likelihood.
+    /// What a hypothesis predicts with several sets of values, all signals one after the other in weighted units of noise; the squared
+    /// distance of two predictions is twice a difference of log-likelihood. None of a set that the machine's description refuses.
     ///
     /// # Errors
-    /// Values that the machine's description refuses.
-    pub(super) fn image(&self, base: &Machine, fit: &Fit, values: &[f64]) -> Result<DVector<f64>> {
-        let machine = fit.hypothesis.machine(base, values)?;
-        let predicted = self.experiment.predict(&machine, Sensing::Perfect)?;
+    /// A setting of the run that the machine does not have.
+    pub(super) fn images(
+        &self,
+        base: &Machine,
+        fit: &Fit,
+        sets: &[Vec<f64>],
+    ) -> Result<Vec<Option<DVector<f64>>>> {
+        let machines: Vec<Option<Machine>> =
+            sets.iter().map(|values| fit.hypothesis.machine(base, values).ok()).collect();
+        let sound: Vec<Machine> = machines.iter().flatten().cloned().collect();
+        let mut predicted = self.experiment.predict_together(&sound)?.into_iter();
+        let image = |machine: Option<Machine>| machine.and_then(|_| Some(self.image(&predicted.next()?)));
+        Ok(machines.into_iter().map(image).collect())
+    }
+
+    fn image(&self, predicted: &Traces) -> DVector<f64> {
         let mut image = Vec::with_capacity(self.channels.len() * self.experiment.samples());
         for (signal, scales) in &self.channels {
-            image.extend(
-                predicted
-                    .signal(*signal)
-                    .unwrap_or_default()
-                    .iter()
-                    .zip(scales)
-                    .map(|(value, scale)| value * scale),
-            );
+            let trace = predicted.signal(*signal).unwrap_or_default();
+            image.extend(trace.iter().zip(scales).map(|(value, scale)| value * scale));
         }
-        Ok(DVector::from_vec(image))
+        DVector::from_vec(image)
     }
 
     /// Sum of squares of each signal in a difference of images.

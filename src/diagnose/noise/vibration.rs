@@ -7,7 +7,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::twin::Sensing;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -149,7 +149,7 @@ impl Still {
     /// Whether a sine of this frequency explains most of the scatter.
     fn is_mostly(&self, frequency: f64) -> bool {
         let all: f64 = self.rests.iter().flatten().map(|x| x * x).sum();
-        self.fit(frequency).is_some_and(|(gain, _)| gain > MOST * all)
+        self.fit(frequency).is_some_and(|fit| fit.gain > MOST * all)
     }
 
     /// The strongest line that stands out.
@@ -157,8 +157,7 @@ impl Still {
         let (from, to) = (LEAST_PERIODS / self.length_s, HIGHEST_HZ.min(HIGHEST / self.period_s));
         let step = 1.0 / (OVERSAMPLING as f64 * self.length_s);
         let count = (((to - from) / step).max(0.0) as usize).min(MOST_FREQUENCIES);
-        let gains: Vec<f64> =
-            (0..count).map(|k| self.fit(from + k as f64 * step).map_or(0.0, |(gain, _)| gain)).collect();
+        let gains = self.gains(from, step, count);
         let best = (0..count).max_by(|&a, &b| gains[a].total_cmp(&gains[b]))?;
         // The line's own ordinates, wider where standstills have gaps between them, are not its neighbours.
         let (near, far) = (2 * OVERSAMPLING, (2 + NEIGHBOURS) * OVERSAMPLING);
@@ -171,7 +170,7 @@ impl Still {
 
     /// The frequency near one of the grid that explains most.
     fn refined(&self, frequency: f64, step: f64) -> f64 {
-        let gain = |f: f64| self.fit(f).map_or(0.0, |(gain, _)| gain);
+        let gain = |f: f64| self.fit(f).map_or(0.0, |fit| fit.gain);
         let (mut low, mut high) = (frequency - step, frequency + step);
         for _ in 0..30 {
             let third = (high - low) / 3.0;
@@ -180,41 +179,80 @@ impl Still {
         0.5 * (low + high)
     }
 
-    fn columns(&self, frequency: f64) -> [Vec<Vec<f64>>; 2] {
-        let of = |wave: fn(f64) -> f64| -> Vec<Vec<f64>> {
-            let column = |times: &Vec<f64>| -> Vec<f64> {
-                levelled(&times.iter().map(|t| wave(TAU * frequency * t)).collect::<Vec<f64>>())
-            };
-            self.times.iter().map(column).collect()
-        };
-        [of(f64::sin), of(f64::cos)]
+    /// The sums of squares that sines of `count` frequencies explain, `step` apart.
+    fn gains(&self, from: f64, step: f64, count: usize) -> Vec<f64> {
+        let mut waves = self.waves(from);
+        let turns = self.waves(step);
+        let gains = (0..count).map(|_| {
+            let gain = self.fit_waves(&waves).map_or(0.0, |fit| fit.gain);
+            // Sine and cosine of the next frequency by the theorem of addition: some ten times as fast as by themselves.
+            for ([sine, cosine], [by_sine, by_cosine]) in
+                waves.iter_mut().flatten().zip(turns.iter().flatten())
+            {
+                (*sine, *cosine) =
+                    (*sine * by_cosine + *cosine * by_sine, *cosine * by_cosine - *sine * by_sine);
+            }
+            gain
+        });
+        gains.collect()
     }
 
-    /// Sum of squares that a sine explains, and its coefficients.
-    fn fit(&self, frequency: f64) -> Option<(f64, [f64; 2])> {
-        let [sine, cosine] = self.columns(frequency);
-        let dot = |a: &[Vec<f64>], b: &[Vec<f64>]| -> f64 {
-            a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| a * b).sum()
+    /// Sine and cosine at the samples, standstill by standstill.
+    fn waves(&self, frequency: f64) -> Vec<Vec<[f64; 2]>> {
+        let wave = |t: &f64| {
+            let (sine, cosine) = (TAU * frequency * t).sin_cos();
+            [sine, cosine]
         };
-        let normal = nalgebra::Matrix2::new(
-            dot(&sine, &sine),
-            dot(&sine, &cosine),
-            dot(&sine, &cosine),
-            dot(&cosine, &cosine),
-        );
-        let right = nalgebra::Vector2::new(dot(&sine, &self.rests), dot(&cosine, &self.rests));
-        let solution = normal.try_inverse()? * right;
-        Some((solution.dot(&right), [solution.x, solution.y]))
+        self.times.iter().map(|times| times.iter().map(wave).collect()).collect()
+    }
+
+    fn fit(&self, frequency: f64) -> Option<Wave> {
+        self.fit_waves(&self.waves(frequency))
+    }
+
+    /// Least squares of a wave whose sine and cosine are these, mean and trend of each standstill taken out of them.
+    ///
+    /// The rests have neither mean nor trend, so that only the sums of squares of the wave have to be freed of them.
+    fn fit_waves(&self, waves: &[Vec<[f64; 2]>]) -> Option<Wave> {
+        let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
+        for (waves, rests) in waves.iter().zip(&self.rests) {
+            let middle = 0.5 * (waves.len() as f64 - 1.0);
+            let (mut sum, mut trend, mut spread) = (Vector2::zeros(), Vector2::zeros(), 0.0);
+            for (k, (&[sine, cosine], rest)) in waves.iter().zip(rests).enumerate() {
+                let (wave, place) = (Vector2::new(sine, cosine), k as f64 - middle);
+                normal += Matrix2::new(sine * sine, sine * cosine, sine * cosine, cosine * cosine);
+                right += wave * *rest;
+                sum += wave;
+                trend += wave * place;
+                spread += place * place;
+            }
+            if spread > 0.0 {
+                normal -= sum * sum.transpose() / waves.len() as f64 + trend * trend.transpose() / spread;
+            }
+        }
+        let amplitudes = normal.try_inverse()? * right;
+        Some(Wave { gain: amplitudes.dot(&right), amplitudes: [amplitudes.x, amplitudes.y] })
     }
 
     fn take_out(&mut self, frequency: f64) {
-        let Some((_, [s, c])) = self.fit(frequency) else { return };
-        let [sine, cosine] = self.columns(frequency);
-        let columns = sine.iter().flatten().zip(cosine.iter().flatten());
-        for (rest, (sine, cosine)) in self.rests.iter_mut().flatten().zip(columns) {
-            *rest -= s * sine + c * cosine;
+        let waves = self.waves(frequency);
+        let Some(Wave { amplitudes: [by_sine, by_cosine], .. }) = self.fit_waves(&waves) else { return };
+        for (rests, waves) in self.rests.iter_mut().zip(&waves) {
+            let wave: Vec<f64> =
+                waves.iter().map(|[sine, cosine]| by_sine * sine + by_cosine * cosine).collect();
+            for (rest, wave) in rests.iter_mut().zip(levelled(&wave)) {
+                *rest -= wave;
+            }
         }
     }
+}
+
+/// A sine fitted to the standstills of a run.
+struct Wave {
+    /// Sum of squares that it explains.
+    gain: f64,
+    /// Of its sine and its cosine.
+    amplitudes: [f64; 2],
 }
 
 /// Samples about their straight line.

@@ -23,7 +23,7 @@ pub use traces::{RunTraces, Trace};
 
 use crate::diagnose::Diagnosis;
 use crate::diagnose::evidence::Score;
-use crate::diagnose::experiment::Experiment;
+use crate::diagnose::experiment::{Experiment, HeldOut};
 use crate::diagnose::noise::Floor;
 use crate::diagnose::verdict::Cause;
 use crate::error::Result;
@@ -100,12 +100,11 @@ impl Material {
     pub fn of(machine: &Machine, recording: &Recording, diagnosis: &Diagnosis) -> Result<Self> {
         let machines = Machines::of(machine, diagnosis)?;
         let split = recording.split_within(SplitRule::default(), diagnosis.data.samples.most)?;
-        let ready = |runs: &[Run]| -> Result<Vec<Experiment>> {
-            runs.iter().map(|run| Experiment::new(run, &machines.stated)).collect()
-        };
-        let (training, held_out) = (ready(split.training.runs())?, ready(split.held_out.runs())?);
-        let judged = held_out.iter().map(|e| (e, true));
-        let both: Vec<(&Experiment, bool)> = judged.chain(training.iter().map(|e| (e, false))).collect();
+        let ready = |run: &Run| Experiment::new(run, &machines.stated);
+        let (training, held_out) = (split.training.prepare(ready)?, split.held_out.prepare(ready)?);
+        let judged = held_out.runs().iter().map(|e| (e, true));
+        let fitted = training.runs().iter().map(|e| (e, false));
+        let both: Vec<(&Experiment, bool)> = judged.chain(fitted).collect();
         let pair = [&machines.stated, &machines.improved];
         let runs: Result<Vec<RunTraces>> = both
             .par_iter()
@@ -135,7 +134,7 @@ impl Material {
 /// Share of the gap that calibration closes whether it comes first or last.
 ///
 /// Causes that were fitted together with it may say nothing without it: what both take to close counts with them.
-fn calibration_closes(machines: &Machines, held_out: &[Experiment], floor: &Floor) -> Result<f64> {
+fn calibration_closes(machines: &Machines, held_out: &HeldOut, floor: &Floor) -> Result<f64> {
     let score = |machine: &Machine| Score::of(machine, held_out, floor).map(|score| score.mean_square());
     let (before, after) = (score(&machines.stated)?, score(&machines.improved)?);
     let (without, alone) = (score(&machines.uncalibrated)?, score(&machines.calibrated)?);

@@ -3,7 +3,7 @@
 use super::Machines;
 use super::events::{Event, events};
 use crate::diagnose::Diagnosis;
-use crate::diagnose::experiment::Experiment;
+use crate::diagnose::experiment::Training;
 use crate::diagnose::fit::{Care, fit};
 use crate::diagnose::hypothesis::{EffectSet, Hypothesis};
 use crate::diagnose::motion::screen;
@@ -38,7 +38,7 @@ impl Predicted {
     pub(super) fn of(
         machines: &Machines,
         diagnosis: &Diagnosis,
-        training: &[Experiment],
+        training: &Training,
         floor: &Floor,
     ) -> Option<Self> {
         let next = diagnosis.next_experiment.as_ref()?;
@@ -68,12 +68,12 @@ impl Predicted {
 fn rival_machine(
     stated: &Machine,
     effects: &[String],
-    training: &[Experiment],
+    training: &Training,
     floor: &Floor,
 ) -> Option<Machine> {
     let set: EffectSet =
         EffectId::ALL.iter().copied().filter(|id| effects.iter().any(|e| e == id.name())).collect();
-    let proposals = Proposals::of(&screen(training, stated).ok()?, set.iter().copied());
+    let proposals = Proposals::of(&screen(training.runs(), stated).ok()?, set.iter().copied());
     let hypothesis = Hypothesis::new(stated, &set, &proposals, &[])?;
     fit(stated, &hypothesis, training, floor, None, Care::Thorough).ok()?.machine(stated).ok()
 }
