@@ -88,15 +88,20 @@ impl Evidence {
             let was_quiet = self.gap_before <= ADEQUATE_GAP;
             return if is_quiet || was_quiet { Verdict::NoGap } else { Verdict::Unknown };
         }
-        let open = limits.open_share * if self.noise_is_measured { 1.0 } else { STATED_NOISE };
-        let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY_CLOSED;
-        if !(is_quiet || is_small || self.closed >= 1.0 - open) {
+        if !self.leaves_little(limits) {
             Verdict::Unknown
         } else if self.probability >= limits.probability {
             Verdict::Cause
         } else {
             Verdict::Undecided
         }
+    }
+
+    /// Whether no more is left than noise leaves, than a small gap, or than the share that may stay open.
+    pub fn leaves_little(&self, limits: &Limits) -> bool {
+        let open = limits.open_share * if self.noise_is_measured { 1.0 } else { STATED_NOISE };
+        let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY_CLOSED;
+        self.gap_after <= ADEQUATE_GAP || is_small || self.closed >= 1.0 - open
     }
 }
 

@@ -55,6 +55,8 @@ pub const PRICE_PER_EFFECT: f64 = 4.605;
 /// The same for an effect that the twin has already, whose number is found beyond its tolerance: 1 in 10. Numbers of what is
 /// there change more often than something new comes; of two that predict alike, the change is ten times likelier.
 const PRICE_PER_CHANGE: f64 = 2.303;
+/// An explanation that gains less log-likelihood than this is no better: chance may be all that is between the two.
+pub(super) const LEAST_GAIN: f64 = 1.0;
 /// An improvement must pay its price in this share of bootstrap draws over blocks of the held-out runs: it must
 /// not rest on one or two moments.
 const CERTAIN: f64 = 0.95;
@@ -143,9 +145,27 @@ impl Found {
         }
         let (set, own) = (self.candidates[most].effects(), self.effects());
         let is_worth_it = || !set.is_superset(own) || self.worth_naming(most, self.chosen, before);
-        let is_sound = self.candidates[most].thorough && self.is_resolved(most);
         let is_other = most != self.chosen && !own.is_empty() && !set.is_empty();
-        (is_other && is_sound && is_worth_it()).then_some(most)
+        (is_other && self.is_sound(most) && is_worth_it()).then_some(most)
+    }
+
+    /// Whether a candidate was fitted to the end, and all of its effects show.
+    pub(super) fn is_sound(&self, index: usize) -> bool {
+        self.candidates[index].thorough && self.is_resolved(index)
+    }
+
+    /// The explanation that has more merit than the chosen one, most of all that there are; one that has the chosen effects and more must
+    /// be worth naming.
+    pub(super) fn better(&self, before: &Score) -> Option<usize> {
+        let least = self.merit(self.chosen) + LEAST_GAIN;
+        let is_worth_it = |k: usize| {
+            !self.candidates[k].effects().is_superset(self.effects())
+                || self.worth_naming(k, self.chosen, before)
+        };
+        let is_better =
+            |&k: &usize| k != self.chosen && self.is_sound(k) && self.merit(k) > least && is_worth_it(k);
+        let better: Vec<usize> = (0..self.candidates.len()).filter(is_better).collect();
+        self.best_of(&better)
     }
 
     /// Takes the twin as it is for the explanation: it leaves no gap that a cause explains overwhelmingly better.

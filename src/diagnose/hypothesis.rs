@@ -315,22 +315,23 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
             None => {}
         }
     }
-    list.extend(forms(machine));
+    list.extend(forms(machine, effects));
     list
 }
 
-/// The numbers of form of what is stated. What is only found has its usual form: its other numbers take up what that is off by, and a
-/// number more would make it fit what is not it.
-fn forms(machine: &Machine) -> impl Iterator<Item = Free> {
-    let stated =
-        EffectId::ALL.iter().copied().filter(|effect| machine.description().effect.contains(*effect));
-    stated.flat_map(|effect| effect.form().iter().map(move |form| (effect, form))).map(|(effect, form)| {
-        let (name, unit) = (form.parameter.key(machine.motion()), form.parameter.unit(machine.motion()));
-        let (path, scale) = (path(effect, name), form.tolerance);
-        let neutral = machine.number(&path).unwrap_or(0.0);
-        let (low, high) = form.parameter.limits;
-        let (freedom, range) =
-            (Freedom::Calibration, ((neutral - scale).max(low), (neutral + scale).min(high)));
-        Free { effect, name, unit, path, freedom, neutral, range, scale, held: false }
-    })
+/// The numbers of form of what the twin has, as stated or by the hypothesis.
+fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
+    let has = |effect: &EffectId| effects.contains(effect) || machine.description().effect.contains(*effect);
+    let there: Vec<EffectId> = EffectId::ALL.iter().copied().filter(has).collect();
+    there.into_iter().flat_map(|effect| effect.form().iter().map(move |form| (effect, form))).map(
+        |(effect, form)| {
+            let (name, unit) = (form.parameter.key(machine.motion()), form.parameter.unit(machine.motion()));
+            let (path, scale) = (path(effect, name), form.tolerance);
+            let neutral = machine.number(&path).unwrap_or(0.0);
+            let (low, high) = form.parameter.limits;
+            let (freedom, range) =
+                (Freedom::Calibration, ((neutral - scale).max(low), (neutral + scale).min(high)));
+            Free { effect, name, unit, path, freedom, neutral, range, scale, held: false }
+        },
+    )
 }

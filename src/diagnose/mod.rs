@@ -217,7 +217,7 @@ impl<'a> Ready<'a> {
             floors: &self.floors,
             catalogue: &catalogue,
             earlier,
-            decides: options.limits.probability,
+            limits: &options.limits,
             progress: options.progress,
         };
         search.run(&self.before)
@@ -330,7 +330,7 @@ impl<'a> Ready<'a> {
             gap_after: before.gap_after,
         });
         let grounds = grounds::Grounds { checks: &self.checks, reference, rigid_body };
-        decide::decide(&found.evidence(&self.before, floor.is_measured()), limits, &grounds)
+        decide::decide(&found.evidence(found.chosen, &self.before, floor.is_measured()), limits, &grounds)
     }
 
     /// What the recorded motion could not test of the effects that the machine can have.

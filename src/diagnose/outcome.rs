@@ -3,7 +3,9 @@
 use super::decide::Evidence;
 use super::evidence::{Score, closed};
 use super::found::Found;
-use super::rivals::rivals;
+use super::hypothesis::{EffectSet, has_modified};
+use crate::effect::EffectId;
+use crate::machine::Machine;
 
 impl Found {
     /// Share of the gap that a candidate closes; what calibration closes by itself is no merit of its causes.
@@ -12,18 +14,43 @@ impl Found {
         closed(before, after).value.min(closed(&self.candidates[0].score, after).value)
     }
 
-    /// The evidence for the chosen explanation; `noise_is_measured` tells whether the noise was seen in the recording.
-    pub(super) fn evidence(&self, before: &Score, noise_is_measured: bool) -> Evidence {
-        let chosen = &self.candidates[self.chosen];
-        let rivals: f64 = rivals(self).map(|(_, probability)| probability).sum();
+    /// The evidence for a candidate; `noise_is_measured` tells whether the noise was seen in the recording.
+    pub(super) fn evidence(&self, index: usize, before: &Score, noise_is_measured: bool) -> Evidence {
+        let candidate = &self.candidates[index];
         Evidence {
-            names_effects: !chosen.effects().is_empty(),
+            names_effects: !candidate.effects().is_empty(),
             gap_before: before.gap(),
-            gap_after: chosen.score.gap(),
-            closed: self.share(self.chosen, before),
+            gap_after: candidate.score.gap(),
+            closed: self.share(index, before),
             noise_is_measured,
-            probability: 1.0 - rivals,
+            probability: self.probability(candidate.effects()),
         }
+    }
+
+    /// Posterior probability that all of these effects act.
+    pub(super) fn probability(&self, effects: &EffectSet) -> f64 {
+        let pairs = self.candidates.iter().zip(&self.posterior);
+        let lacking = pairs.filter(|(candidate, _)| !candidate.effects().is_superset(effects));
+        1.0 - lacking.map(|(_, probability)| probability).sum::<f64>()
+    }
+
+    /// Those of the chosen effects that act with the probability that decides, whatever acts beside them; none where that is all of them
+    /// or no explanation.
+    ///
+    /// What of an explanation is certain is told as the cause where it leaves little: that several effects may make the rest does not make it
+    /// uncertain.
+    pub(super) fn certain(&self, machine: &Machine, decides: f64) -> Option<EffectSet> {
+        let chosen = self.effects();
+        let acts = |effect: &EffectId| self.probability(&EffectSet::from([*effect])) >= decides;
+        let mut certain: EffectSet = chosen.iter().copied().filter(acts).collect();
+        // A feature may modify another: each in its turn, in the catalogue's order.
+        for effect in chosen {
+            if !has_modified(machine, *effect, &certain) {
+                certain.remove(effect);
+            }
+        }
+        let is_part = !certain.is_empty() && certain.len() < chosen.len();
+        (is_part && self.probability(&certain) >= decides).then_some(certain)
     }
 }
 
@@ -35,7 +62,6 @@ mod tests {
     use crate::diagnose::found::posterior;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
     use crate::diagnose::rivals;
-    use crate::effect::EffectId;
 
     /// An equal of the chosen effect is its rival, whichever of them happens to leave a billionth less; more effects that gain too
     /// little to be named are a detail.

@@ -1,12 +1,13 @@
 //! Which effects: forward selection and backward elimination on held-out evidence.
 
 use super::Progress;
+use super::decide::Limits;
 use super::estimate::Screen;
 use super::evidence::Score;
 use super::experiment::{HeldOut, Training};
 use super::fit::{Care, Fit, fit};
 use super::floors::Floors;
-use super::found::{Base, Candidate, Found, posterior};
+use super::found::{Base, Candidate, Found, LEAST_GAIN, posterior};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified};
 use super::motion;
 use super::proposals::{Proposals, members};
@@ -15,6 +16,8 @@ use crate::error::Result;
 use crate::machine::Machine;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+
+type EffectSets = BTreeSet<EffectSet>;
 
 /// What the search has to work with.
 pub struct Search<'a> {
@@ -30,8 +33,8 @@ pub struct Search<'a> {
     pub catalogue: &'a [EffectId],
     /// What an earlier search found with another floor: its fits are where this one's start.
     pub earlier: Option<&'a Found>,
-    /// Posterior probability that decides.
-    pub decides: f64,
+    /// Limits of the decision.
+    pub limits: &'a Limits,
     /// Told how far the fitting is.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
@@ -42,8 +45,6 @@ const MOST_EFFECTS: usize = 6;
 const FINALISTS: usize = 4;
 /// A share of the posterior below this changes no verdict.
 const LEAST_SHARE: f64 = 1e-3;
-/// A rough fit that gains less log-likelihood than this is left: the effect does not show.
-const LEAST_GAIN: f64 = 1.0;
 /// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
 const HOPELESS: f64 = 100.0;
 
@@ -67,35 +68,92 @@ impl Search<'_> {
         (self.progress)(Progress::Asked(nothing.iter().len()));
         let calibrated = nothing.map(|h| self.evaluate(&h, None, Care::Thorough)).transpose()?;
         found.candidates.extend(calibrated);
+        for _ in 0..MOST_EFFECTS {
+            self.climb(&mut found, before)?;
+            self.converge(&mut found, before)?;
+            if !self.widen(&mut found, before)? {
+                break;
+            }
+        }
+        // Which explanations count beside the chosen one depends on it.
+        for _ in 0..MOST_EFFECTS {
+            let Some(decided) = found.decided(before, self.limits.probability) else { break };
+            found.chosen = decided;
+            found.posterior = posterior(&found, before);
+        }
+        self.settle_for_certain(&mut found, before)?;
+        Ok(found)
+    }
+
+    /// Goes from the chosen explanation to better ones step by step: adds effects, takes some away, puts others in their place.
+    fn climb(&self, found: &mut Found, before: &Score) -> Result<()> {
         // Every explanation seen sharpens the weights of all: the steps are gone through until they change nothing.
         let mut settled = None;
         for _ in 0..MOST_EFFECTS {
             let sound = found.chosen;
-            self.grow(&mut found, before)?;
+            self.grow(found, before)?;
             // An effect that led on may have become superfluous.
-            self.shrink(&mut found, before)?;
+            self.shrink(found, before)?;
             if !found.is_resolved(found.chosen) {
                 // What led on has led nowhere: the best that was found on the way.
                 found.chosen = sound;
                 let all: Vec<usize> = (0..found.candidates.len()).collect();
                 let sound: Vec<usize> = all.into_iter().filter(|&k| found.may_follow(k, before)).collect();
                 found.chosen = found.best_of(&sound).unwrap_or(found.chosen);
-                self.shrink(&mut found, before)?;
+                self.shrink(found, before)?;
             }
-            self.swap(&mut found, before)?;
+            self.swap(found, before)?;
             if settled == Some(found.chosen) {
                 break;
             }
             settled = Some(found.chosen);
         }
-        self.converge(&mut found, before)?;
-        // Which explanations count beside the chosen one depends on it.
-        for _ in 0..MOST_EFFECTS {
-            let Some(decided) = found.decided(before, self.decides) else { break };
-            found.chosen = decided;
-            found.posterior = posterior(&found, before);
+        Ok(())
+    }
+
+    /// Adds effects to the rivals that may turn the decision as well, those that leave something open; tells whether something better
+    /// than the chosen explanation was found so, which is the chosen one then.
+    ///
+    /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all.
+    fn widen(&self, found: &mut Found, before: &Score) -> Result<bool> {
+        let mut seen = EffectSets::from([found.effects().clone()]);
+        loop {
+            let may_turn = |k: &usize| {
+                let effects = found.candidates[*k].effects();
+                found.posterior[*k] > 0.5 * (1.0 - self.limits.probability)
+                    && (1..MOST_EFFECTS).contains(&effects.len())
+                    && found.is_resolved(*k)
+                    && !found.is_adequate(*k)
+                    && !seen.contains(effects)
+            };
+            let Some(rival) = (0..found.candidates.len()).find(may_turn) else { break };
+            let effects = found.candidates[rival].effects().clone();
+            self.explore(found, &self.larger(&effects), rival)?;
+            self.converge(found, before)?;
+            seen.insert(effects);
         }
-        Ok(found)
+        let better = found.better(before);
+        found.chosen = better.unwrap_or(found.chosen);
+        Ok(better.is_some())
+    }
+
+    /// Takes what of the chosen explanation is certain, where that by itself leaves little.
+    fn settle_for_certain(&self, found: &mut Found, before: &Score) -> Result<()> {
+        if found.evidence(found.chosen, before, true).probability >= self.limits.probability {
+            return Ok(());
+        }
+        let Some(certain) = found.certain(self.machine, self.limits.probability) else { return Ok(()) };
+        self.explore(found, std::slice::from_ref(&certain), found.chosen)?;
+        let Some(index) = found.index(&certain) else { return Ok(()) };
+        if !found.candidates[index].thorough {
+            self.fit_to_the_end(found, vec![index])?;
+        }
+        let evidence = found.evidence(index, before, self.floors.common.is_measured());
+        if found.is_resolved(index) && evidence.leaves_little(self.limits) {
+            found.chosen = index;
+        }
+        found.posterior = posterior(found, before);
+        Ok(())
     }
 
     /// Makes a candidate ready to be built upon.
@@ -310,9 +368,8 @@ impl Search<'_> {
             .filter(|&k| found.candidates[k].effects().len() <= chosen.len())
             .collect();
         let best = found.best_of(&rivals).filter(|&best| {
-            found.merit(best) > found.merit(found.chosen) + LEAST_GAIN
-                && found.candidates[best].thorough
-                && found.is_resolved(best)
+            found.is_sound(best)
+                && found.merit(best) > found.merit(found.chosen) + LEAST_GAIN
                 && !found.loses_ground(best, before)
         });
         if let Some(best) = best {

@@ -18,6 +18,10 @@ pub struct Calibration {
 const STEP: f64 = 0.02;
 /// An effect that leaves less than this of another one, in standard deviations of what all samples together tell, is its equal.
 const TOLD_APART: f64 = 3.0;
+/// An effect that leaves less than this share of another one is tried in its place.
+const NEARLY: f64 = 0.1;
+/// Steps of Gauss and Newton for that.
+const STEPS_IN_PLACE: usize = 4;
 /// Changes along the size of an effect are taken at so much information: small enough to be linear, large enough to be no rounding.
 const PROBE: f64 = 1.0;
 /// Largest share of an effect's size for that.
@@ -42,6 +46,14 @@ impl Calibration {
         let rest = beyond(change);
         let columns: Vec<DVector<f64>> = self.columns.iter().map(beyond).collect();
         bounded(&rest, &columns)
+    }
+
+    /// How much of each of these columns makes up for a change, calibration of any size beside them.
+    fn amounts(&self, change: &DVector<f64>, free: &[DVector<f64>]) -> Vec<f64> {
+        let columns: Vec<&DVector<f64>> = free.iter().chain(&self.columns).collect();
+        let gram = DMatrix::from_fn(columns.len(), columns.len(), |a, b| columns[a].dot(columns[b]));
+        let right = DVector::from_fn(columns.len(), |a, _| -columns[a].dot(change));
+        solved(&gram, &right, &vec![None; columns.len()]).iter().take(free.len()).copied().collect()
     }
 
     /// What calibration leaves of a change.
@@ -123,6 +135,9 @@ fn solved(gram: &DMatrix<f64>, right: &DVector<f64>, fixed: &[Option<f64>]) -> D
 /// that knows both answers could tell.
 ///
 /// What has a pitch or a frequency is tried with the hidden effect's own.
+///
+/// An effect that nearly does what the hidden one does is tried in its place too, with the numbers that suit best (Gauss and Newton):
+/// two laws may say the same and their tangents at the truth, where both act at once, differ in the second order of a large effect.
 pub struct Equals<'a> {
     gauge: &'a Gauge<'a>,
     real: &'a Real<'a>,
@@ -154,10 +169,68 @@ impl<'a> Equals<'a> {
         let is_hidden = |effect: EffectId| self.hidden.iter().any(|acting| acting.effect == effect);
         let others = self.others.iter().filter(|(effect, _)| !is_hidden(*effect));
         let equal = others.filter(|(other, values)| {
-            let columns = self.columns(*other, &self.matched(*other, values, own));
-            !columns.is_empty() && self.calibration.leaves(&along, &columns).norm() < TOLD_APART
+            let values = self.matched(*other, values, own);
+            let (numbers, columns): (Vec<usize>, Vec<DVector<f64>>) =
+                self.columns(*other, &values).into_iter().unzip();
+            if columns.is_empty() {
+                return false;
+            }
+            let left = self.calibration.leaves(&along, &columns).norm();
+            let amounts = || self.calibration.amounts(&along, &columns);
+            left < TOLD_APART
+                || left < NEARLY * along.norm()
+                    && self.leaves_in_place(own, *other, &values, &numbers, &amounts()) < TOLD_APART
         });
         equal.map(|(effect, _)| *effect).collect()
+    }
+
+    /// What is left of the hidden effect where another one acts in its place: of the numbers `amounts` times their `values`, and from there
+    /// on what suits best.
+    fn leaves_in_place(
+        &self,
+        own: &Acting,
+        other: EffectId,
+        values: &[f64],
+        numbers: &[usize],
+        amounts: &[f64],
+    ) -> f64 {
+        let absent = self.real.absent(other);
+        let moved = |from: &[f64], amounts: &[f64]| {
+            let mut moved = from.to_vec();
+            for (&k, amount) in numbers.iter().zip(amounts) {
+                moved[k] += amount * (values[k] - absent[k]);
+            }
+            moved
+        };
+        let change = |values: &[f64]| -> Option<DVector<f64>> {
+            let rest = self.hidden.iter().filter(|acting| acting.effect != own.effect).cloned();
+            let hidden: Vec<Acting> = rest.chain([Acting::attendant(other, values.to_vec())]).collect();
+            self.gauge.change(&self.real.with(&hidden).ok()?)
+        };
+        // What is infinite without it has no size to go by.
+        if numbers.iter().any(|&k| !absent[k].is_finite()) {
+            return f64::INFINITY;
+        }
+        let none: Vec<f64> =
+            (0..values.len()).map(|k| if numbers.contains(&k) { absent[k] } else { values[k] }).collect();
+        let mut now = moved(&none, amounts);
+        let mut least = f64::INFINITY;
+        for _ in 0..STEPS_IN_PLACE {
+            let Some(here) = change(&now) else { break };
+            least = least.min(self.calibration.beyond(&here).norm());
+            if least < TOLD_APART {
+                break;
+            }
+            let unit =
+                |k: usize| (0..numbers.len()).map(|j| if j == k { LARGEST_PROBE } else { 0.0 }).collect();
+            let column = |k: usize| -> Option<DVector<f64>> {
+                let step: Vec<f64> = unit(k);
+                Some((change(&moved(&now, &step))? - &here) / LARGEST_PROBE)
+            };
+            let Some(columns) = (0..numbers.len()).map(column).collect::<Option<Vec<_>>>() else { break };
+            now = moved(&now, &self.calibration.amounts(&here, &columns));
+        }
+        least
     }
 
     /// The change along the size of a hidden effect, over its whole size.
@@ -182,8 +255,8 @@ impl<'a> Equals<'a> {
         (0..values.len()).map(|k| if open(k) { like(k).unwrap_or(values[k]) } else { values[k] }).collect()
     }
 
-    /// What each number of an effect that is zero without it does to the runs, by itself.
-    fn columns(&self, effect: EffectId, values: &[f64]) -> Vec<DVector<f64>> {
+    /// What each number of an effect that is zero without it does to the runs, by itself, with the number's place.
+    fn columns(&self, effect: EffectId, values: &[f64]) -> Vec<(usize, DVector<f64>)> {
         let absent = self.real.absent(effect);
         let numbers = (0..values.len()).filter(|&k| !absent[k].is_nan() && values[k] != absent[k]);
         let column = |k: usize| {
@@ -198,7 +271,10 @@ impl<'a> Equals<'a> {
             let share = PROBE / wide.norm().max(f64::MIN_POSITIVE);
             if share < LARGEST_PROBE { at(share) } else { Some(wide) }
         };
-        numbers.filter_map(column).filter(|column| column.norm_squared() > 0.0).collect()
+        numbers
+            .filter_map(|k| Some((k, column(k)?)))
+            .filter(|(_, column)| column.norm_squared() > 0.0)
+            .collect()
     }
 }
 
