@@ -38,6 +38,8 @@ pub struct Found {
     pub posterior: Vec<f64>,
     /// Whether the twin as it is leaves no gap: what predicts better still explains what is not there.
     pub(super) is_settled: bool,
+    /// Effects whose size scatters from run to run as if they were not there.
+    pub(super) not_borne_out: EffectSet,
     /// Effects that the twin has already.
     pub(super) stated: EffectSet,
     /// What fits that build on a candidate need of it.
@@ -296,7 +298,9 @@ const DRAWS: usize = 200;
 pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let candidates = &found.candidates;
     let best = reference(candidates);
-    let stands = |index| !found.is_refinement(index, before) && !found.has_noise_line(index);
+    let is_borne_out = |index: usize| candidates[index].effects().is_disjoint(&found.not_borne_out);
+    let stands =
+        |index| !found.is_refinement(index, before) && !found.has_noise_line(index) && is_borne_out(index);
     let stands: Vec<bool> = (0..candidates.len()).map(stands).collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
     let mut sum = vec![0.0; candidates.len()];
@@ -357,6 +361,7 @@ pub(super) mod tests {
             chosen,
             posterior: vec![],
             is_settled: false,
+            not_borne_out: EffectSet::new(),
             stated: EffectSet::new(),
             bases: BTreeMap::new(),
         }

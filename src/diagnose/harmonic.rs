@@ -76,11 +76,12 @@ fn order(whole: &Parameter, part: &Parameter, least: f64) -> Option<(u32, f64)> 
     ((FIRST_ORDER..=LAST_ORDER).contains(&order) && is_whole).then_some((order as u32, off))
 }
 
-/// `amplitude_n` and `amplitude_2_n` of a harmonic as amplitudes of the whole: `amplitude_3_n` and `amplitude_6_n`.
+/// `amplitude_n` and `amplitude_2_n` of a harmonic as amplitudes of the whole: `amplitude_3_n` and `amplitude_6_n`, without the unit where
+/// they have none.
 fn key_of_order(key: &str, order: u32) -> String {
     let rest = key.strip_prefix("amplitude").unwrap_or(key);
-    match rest.strip_prefix("_2_") {
-        Some(unit) => format!("amplitude_{}_{unit}", 2 * order),
+    match rest.strip_prefix("_2") {
+        Some(unit) => format!("amplitude_{}{unit}", 2 * order),
         None => format!("amplitude_{order}{rest}"),
     }
 }
@@ -111,6 +112,13 @@ mod tests {
             phases: Vec::new(),
             harmonics: Vec::new(),
         }
+    }
+
+    #[test]
+    fn exact_amplitudes_of_a_harmonic_are_those_of_the_whole() {
+        let keys =
+            ["amplitude_n", "amplitude_2_n", "amplitude", "amplitude_2"].map(|key| key_of_order(key, 3));
+        assert_eq!(keys, ["amplitude_3_n", "amplitude_6_n", "amplitude_3", "amplitude_6"]);
     }
 
     #[test]

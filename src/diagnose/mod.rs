@@ -5,6 +5,7 @@
 
 mod amplitude;
 mod attribute;
+mod borne_out;
 mod bounded;
 pub mod care;
 pub mod cause;

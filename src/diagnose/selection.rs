@@ -17,8 +17,6 @@ use crate::machine::Machine;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-type EffectSets = BTreeSet<EffectSet>;
-
 /// What the search has to work with.
 pub struct Search<'a> {
     /// The twin as it is.
@@ -44,7 +42,7 @@ const MOST_EFFECTS: usize = 6;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
 /// A share of the posterior below this changes no verdict.
-const LEAST_SHARE: f64 = 1e-3;
+const LEAST_SHARE: f64 = 0.01;
 /// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
 const HOPELESS: f64 = 100.0;
 
@@ -61,6 +59,7 @@ impl Search<'_> {
             chosen: 0,
             posterior: Vec::new(),
             is_settled: false,
+            not_borne_out: EffectSet::new(),
             stated: stated.collect(),
             bases: BTreeMap::new(),
         };
@@ -68,13 +67,14 @@ impl Search<'_> {
         (self.progress)(Progress::Asked(nothing.iter().len()));
         let calibrated = nothing.map(|h| self.evaluate(&h, None, Care::Thorough)).transpose()?;
         found.candidates.extend(calibrated);
+        let mut widened = BTreeSet::new();
         for _ in 0..MOST_EFFECTS {
             self.climb(&mut found, before)?;
-            self.converge(&mut found, before)?;
-            if !self.widen(&mut found, before)? {
+            if !self.widen(&mut found, before, &mut widened)? {
                 break;
             }
         }
+        self.converge(&mut found, before, LEAST_SHARE)?;
         // Which explanations count beside the chosen one depends on it.
         for _ in 0..MOST_EFFECTS {
             let Some(decided) = found.decided(before, self.limits.probability) else { break };
@@ -82,6 +82,7 @@ impl Search<'_> {
             found.posterior = posterior(&found, before);
         }
         self.settle_for_certain(&mut found, before)?;
+        self.keep_what_is_borne_out(&mut found, before)?;
         Ok(found)
     }
 
@@ -111,26 +112,30 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Adds effects to the rivals that may turn the decision as well, those that leave something open; tells whether something better
-    /// than the chosen explanation was found so, which is the chosen one then.
+    /// Adds effects to the rivals of an explanation that is not most probable by far as well, to those that leave something open and were
+    /// not `widened` before; tells whether something better than the chosen explanation was found so, which is the chosen one then.
     ///
     /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all.
-    fn widen(&self, found: &mut Found, before: &Score) -> Result<bool> {
-        let mut seen = EffectSets::from([found.effects().clone()]);
-        loop {
-            let may_turn = |k: &usize| {
-                let effects = found.candidates[*k].effects();
-                found.posterior[*k] > 0.5 * (1.0 - self.limits.probability)
-                    && (1..MOST_EFFECTS).contains(&effects.len())
-                    && found.is_resolved(*k)
-                    && !found.is_adequate(*k)
-                    && !seen.contains(effects)
-            };
-            let Some(rival) = (0..found.candidates.len()).find(may_turn) else { break };
+    fn widen(&self, found: &mut Found, before: &Score, widened: &mut BTreeSet<EffectSet>) -> Result<bool> {
+        let share = 0.5 * (1.0 - self.limits.probability);
+        self.converge(found, before, share)?;
+        if found.posterior[found.chosen] >= self.limits.probability {
+            return Ok(false);
+        }
+        let may_turn = |k: &usize| {
+            let effects = found.candidates[*k].effects();
+            found.posterior[*k] > share
+                && (1..MOST_EFFECTS).contains(&effects.len())
+                && found.is_sound(*k)
+                && !found.is_adequate(*k)
+        };
+        let rivals: Vec<usize> = (0..found.candidates.len()).filter(may_turn).collect();
+        for rival in rivals {
             let effects = found.candidates[rival].effects().clone();
-            self.explore(found, &self.larger(&effects), rival)?;
-            self.converge(found, before)?;
-            seen.insert(effects);
+            if rival != found.chosen && !widened.contains(&effects) {
+                self.explore(found, &self.larger(&effects), rival)?;
+                widened.insert(effects);
+            }
         }
         let better = found.better(before);
         found.chosen = better.unwrap_or(found.chosen);
@@ -143,17 +148,21 @@ impl Search<'_> {
             return Ok(());
         }
         let Some(certain) = found.certain(self.machine, self.limits.probability) else { return Ok(()) };
-        self.explore(found, std::slice::from_ref(&certain), found.chosen)?;
-        let Some(index) = found.index(&certain) else { return Ok(()) };
-        if !found.candidates[index].thorough {
-            self.fit_to_the_end(found, vec![index])?;
-        }
+        let Some(&index) = self.explored(found, &[certain])?.first() else { return Ok(()) };
         let evidence = found.evidence(index, before, self.floors.common.is_measured());
         if found.is_resolved(index) && evidence.leaves_little(self.limits) {
             found.chosen = index;
         }
         found.posterior = posterior(found, before);
         Ok(())
+    }
+
+    /// The candidates with these sets of effects, fitted to the end; without those that cannot be looked at.
+    pub(super) fn explored(&self, found: &mut Found, sets: &[EffectSet]) -> Result<Vec<usize>> {
+        let indices = self.explore(found, sets, found.chosen)?;
+        let open = indices.iter().copied().filter(|&k| !found.candidates[k].thorough).collect();
+        self.fit_to_the_end(found, open)?;
+        Ok(indices)
     }
 
     /// Makes a candidate ready to be built upon.
@@ -216,12 +225,12 @@ impl Search<'_> {
         Hypothesis::new(self.machine, set, &base.proposals, &fits)
     }
 
-    /// Fits to the end whatever has a share of the posterior: only what has converged is compared.
-    fn converge(&self, found: &mut Found, before: &Score) -> Result<()> {
+    /// Fits to the end whatever has more than this share of the posterior: only what has converged is compared.
+    fn converge(&self, found: &mut Found, before: &Score, share: f64) -> Result<()> {
         // Each round fits at least one of them to the end.
         loop {
             found.posterior = posterior(found, before);
-            let is_open = |k: &usize| !found.candidates[*k].thorough && found.posterior[*k] > LEAST_SHARE;
+            let is_open = |k: &usize| !found.candidates[*k].thorough && found.posterior[*k] > share;
             let open: Vec<usize> = (0..found.candidates.len()).filter(is_open).collect();
             // Where calibration leaves no gap, no share changes the verdict.
             if open.is_empty() || found.calibration_settles() {
@@ -338,17 +347,7 @@ impl Search<'_> {
 
     /// The set without each of its members, and without the features that then have nothing to modify.
     fn subsets(&self, set: &EffectSet) -> Vec<EffectSet> {
-        let without = |left: &EffectId| -> EffectSet {
-            let mut rest: EffectSet = set.iter().filter(|e| *e != left).copied().collect();
-            // A feature may modify another: each in its turn, in the catalogue's order.
-            for effect in set {
-                if !has_modified(self.machine, *effect, &rest) {
-                    rest.remove(effect);
-                }
-            }
-            rest
-        };
-        let mut sets: Vec<EffectSet> = set.iter().map(without).collect();
+        let mut sets: Vec<EffectSet> = set.iter().map(|effect| self.without(set, [*effect])).collect();
         sets.dedup();
         sets
     }

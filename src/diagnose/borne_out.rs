@@ -1,0 +1,111 @@
+//! Effects that the training runs do not bear out: their size scatters from run to run as if they were not there.
+
+use super::amplitude::amplitudes;
+use super::evidence::Score;
+use super::fit::Fit;
+use super::folds::Folds;
+use super::found::{Found, posterior};
+use super::hypothesis::{EffectSet, Freedom, has_modified};
+use super::parameter::NORMAL_975;
+use super::selection::Search;
+use crate::effect::EffectId;
+use crate::error::Result;
+
+/// Amplitudes of second harmonics: the pitch of a wave is that of its first one.
+const SECOND_HARMONIC: &str = "amplitude_2";
+
+impl Search<'_> {
+    /// Takes out of the chosen explanation what the training runs do not bear out, where the rest leaves little.
+    ///
+    /// # Model
+    /// Residuals of one fit do not tell what a law that is only nearly right puts into a small effect: it takes up what other laws leave,
+    /// and another share of it in each run. An effect is borne out where an interval of its numbers, widened by the jackknife over
+    /// the training runs ([`Folds`]), leaves out the twin's own value; of a wave, that of its amplitude. An effect without which
+    /// more is left than may stay open is proven by what it closes, and stays.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub(super) fn keep_what_is_borne_out(&self, found: &mut Found, before: &Score) -> Result<()> {
+        while !found.effects().is_empty() {
+            let fit = &found.candidates[found.chosen].fit;
+            let own = self.floors.own(&fit.hypothesis.effects).unwrap_or(&self.floors.common);
+            let folds = Folds::of(self.machine, fit, self.training, [&self.floors.common, own])?;
+            let open: Vec<EffectId> = found
+                .effects()
+                .iter()
+                .copied()
+                .filter(|effect| !is_borne_out(fit, &folds, *effect))
+                .collect();
+            // Two may stand for one another, so that neither is superfluous beside the other: all of them go, or one.
+            let one = open.iter().map(|effect| self.without(found.effects(), [*effect]));
+            let sets = one.chain([self.without(found.effects(), open.iter().copied())]);
+            let smaller: Vec<EffectSet> =
+                sets.filter(|set| !set.is_empty() && set != found.effects()).collect();
+            let Some(index) = self.sufficient(found, &smaller, before)? else { break };
+            let rest = found.candidates[index].effects();
+            found.not_borne_out.extend(found.candidates[found.chosen].effects().difference(rest).copied());
+            found.chosen = index;
+            found.posterior = posterior(found, before);
+        }
+        Ok(())
+    }
+
+    /// The best of these sets of effects that leaves little.
+    fn sufficient(&self, found: &mut Found, sets: &[EffectSet], before: &Score) -> Result<Option<usize>> {
+        let indices = self.explored(found, sets)?;
+        let is_sufficient = |k: &usize| {
+            let evidence = found.evidence(*k, before, self.floors.common.is_measured());
+            found.is_resolved(*k) && evidence.leaves_little(self.limits)
+        };
+        let sufficient: Vec<usize> = indices.into_iter().filter(is_sufficient).collect();
+        Ok(found.best_of(&sufficient))
+    }
+
+    /// A set without some of its effects, and without the features that then have nothing to modify.
+    pub(super) fn without(&self, set: &EffectSet, left: impl IntoIterator<Item = EffectId>) -> EffectSet {
+        let left: EffectSet = left.into_iter().collect();
+        let mut rest: EffectSet = set.difference(&left).copied().collect();
+        // A feature may modify another: each in its turn, in the catalogue's order.
+        for effect in set {
+            if !has_modified(self.machine, *effect, &rest) {
+                rest.remove(effect);
+            }
+        }
+        rest
+    }
+}
+
+/// Whether the interval of one of an effect's numbers leaves out the twin's own value.
+fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
+    let waves = amplitudes(fit, folds, effect);
+    if !waves.is_empty() {
+        let mut first = waves.iter().filter(|(key, _)| !key.starts_with(SECOND_HARMONIC));
+        return first.any(|(_, amplitude)| amplitude.ci95[0] > amplitude.twin);
+    }
+    let errors = folds.widened(&fit.standard_errors);
+    let free = &fit.hypothesis.free;
+    let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause && !free[*k].held;
+    let mut numbers = (0..free.len()).filter(own).filter(|&k| !free[k].neutral.is_nan()).peekable();
+    // One that only starts set has no interval.
+    numbers.peek().is_none()
+        || numbers.any(|k| (fit.values[k] - free[k].neutral).abs() > NORMAL_975 * errors[k])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::found::tests::{COULOMB, candidate};
+
+    /// A size of 1 ± 0.1 is borne out by runs that agree on it, and not by runs of which each says another one.
+    #[test]
+    fn exact_runs_that_disagree_do_not_bear_out_an_effect() {
+        let fit = candidate(&[COULOMB], 1.0, 1.0).fit;
+        let folds =
+            |values: [f64; 3]| Folds { predicted_closed: 1.0, values: values.map(|v| vec![v]).into() };
+        assert!(is_borne_out(&fit, &folds([0.9, 1.0, 1.1]), COULOMB));
+        assert!(!is_borne_out(&fit, &folds([0.2, 1.0, 1.8]), COULOMB));
+        // Two runs have no scatter to speak of: the interval of the fit holds.
+        let two = Folds { predicted_closed: 1.0, values: vec![vec![0.2], vec![1.8]] };
+        assert!(is_borne_out(&fit, &two, COULOMB));
+    }
+}
