@@ -28,8 +28,7 @@ impl Search<'_> {
     pub(super) fn keep_what_is_borne_out(&self, found: &mut Found, before: &Score) -> Result<()> {
         while !found.effects().is_empty() {
             let fit = &found.candidates[found.chosen].fit;
-            let own = self.floors.own(&fit.hypothesis.effects).unwrap_or(&self.floors.common);
-            let folds = Folds::of(self.machine, fit, self.training, [&self.floors.common, own])?;
+            let folds = Folds::of(self.machine, fit, self.training, [&self.floors.common; 2])?;
             let open: Vec<EffectId> = found
                 .effects()
                 .iter()

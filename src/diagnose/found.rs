@@ -415,6 +415,21 @@ pub(super) mod tests {
         assert_eq!(taken(candidate(&[], 1.0, 40.0), 0.8), None);
     }
 
+    /// What has more merit takes the chosen one's place; more effects only where they are worth naming, and none with a number that ran off.
+    #[test]
+    fn exact_the_better_explanation_is_taken() {
+        let before = Score::even(1e4);
+        let better = |other: Candidate| {
+            let all = vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], 1.0, 100.0), other];
+            found(all, 1).better(&before)
+        };
+        assert_eq!(better(candidate(&[BACKLASH], 1.0, 40.0)), Some(2));
+        assert_eq!(better(candidate(&[BACKLASH], 1.0, 101.0)), None);
+        assert_eq!(better(candidate(&[BACKLASH], 10.0, 40.0)), None);
+        let pair = |left: f64| candidate(&[COULOMB, BACKLASH], 1.0, left);
+        assert_eq!([better(pair(40.0)), better(pair(90.0))], [Some(2), None]);
+    }
+
     /// A twin that leaves no gap has the probability, and what predicts a little better is a refinement.
     #[test]
     fn exact_what_leaves_no_gap_is_most_probable() {

@@ -260,11 +260,7 @@ impl<'a> Ready<'a> {
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], self.held_out.runs(), &self.floors.common)?;
         attribute::attribute(&mut place, &causes, unexplained);
-        let left = match verdict {
-            Verdict::NoGap => None,
-            _ if chosen.score.gap() <= decide::ADEQUATE_GAP => None,
-            _ => Some(shape::shape(&improved, self.held_out.runs(), floor)?),
-        };
+        let left = self.left(verdict, chosen.score.gap(), &improved, floor)?;
         Ok(Diagnosis {
             schema: verdict::SCHEMA.to_owned(),
             verdict,
@@ -295,6 +291,20 @@ impl<'a> Ready<'a> {
             reference: self.known.reference.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         })
+    }
+
+    /// The shape of what stays open; none where noise is all that is left.
+    fn left(
+        &self,
+        verdict: Verdict,
+        gap: f64,
+        improved: &Machine,
+        floor: &Floor,
+    ) -> Result<Option<shape::Shape>> {
+        if verdict == Verdict::NoGap || gap <= decide::ADEQUATE_GAP {
+            return Ok(None);
+        }
+        shape::shape(improved, self.held_out.runs(), floor).map(Some)
     }
 
     fn following_error(&self) -> Option<verdict::FollowingError> {

@@ -86,6 +86,24 @@ mod tests {
         assert!(found.is_refinement(2, &before));
     }
 
+    /// Friction is in every explanation, what acts beside it differs: the friction is certain. Where each explanation has another effect,
+    /// nothing is, and where one has the probability by itself, there is no part to take.
+    #[test]
+    fn exact_what_all_explanations_share_is_certain() {
+        let certain = |sets: [&[EffectId]; 3], posterior: [f64; 3]| {
+            let all = sets.map(|set| candidate(set, 1.0, 2.0));
+            let mut found = found([candidate(&[], 0.0, 1e4)].into_iter().chain(all).collect(), 1);
+            found.posterior = [0.0].into_iter().chain(posterior).collect();
+            let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder");
+            found.certain(&Machine::read(&folder).unwrap(), 0.7)
+        };
+        let delay = EffectId::LoopDelay;
+        let shared: [&[EffectId]; 3] = [&[COULOMB, BACKLASH], &[COULOMB, delay], &[COULOMB]];
+        assert_eq!(certain(shared, [0.5, 0.3, 0.2]), Some(EffectSet::from([COULOMB])));
+        assert_eq!(certain(shared, [0.8, 0.1, 0.1]), None);
+        assert_eq!(certain([&[COULOMB, BACKLASH], &[delay], &[COULOMB]], [0.5, 0.3, 0.2]), None);
+    }
+
     /// What predicts far better and was not chosen for other reasons is no equal of what was.
     #[test]
     fn exact_what_predicts_far_better_is_not_confusable() {

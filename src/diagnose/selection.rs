@@ -112,8 +112,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Adds effects to the rivals of an explanation that is not most probable by far as well, to those that leave something open and were
-    /// not `widened` before; tells whether something better than the chosen explanation was found so, which is the chosen one then.
+    /// Adds effects to the rivals of an explanation that is not most probable by far as well, to those that leave something open, no more
+    /// than it does by what is worth naming, and were not `widened` before; tells whether something better than the chosen explanation was found so, which is the chosen one then.
     ///
     /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all.
     fn widen(&self, found: &mut Found, before: &Score, widened: &mut BTreeSet<EffectSet>) -> Result<bool> {
@@ -128,6 +128,7 @@ impl Search<'_> {
                 && (1..MOST_EFFECTS).contains(&effects.len())
                 && found.is_sound(*k)
                 && !found.is_adequate(*k)
+                && !found.loses_ground(*k, before)
         };
         let rivals: Vec<usize> = (0..found.candidates.len()).filter(may_turn).collect();
         for rival in rivals {
@@ -144,7 +145,7 @@ impl Search<'_> {
 
     /// Takes what of the chosen explanation is certain, where that by itself leaves little.
     fn settle_for_certain(&self, found: &mut Found, before: &Score) -> Result<()> {
-        if found.evidence(found.chosen, before, true).probability >= self.limits.probability {
+        if found.probability(found.effects()) >= self.limits.probability {
             return Ok(());
         }
         let Some(certain) = found.certain(self.machine, self.limits.probability) else { return Ok(()) };
