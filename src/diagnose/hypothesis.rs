@@ -44,8 +44,8 @@ pub struct Free {
     pub held: bool,
 }
 
-/// A tolerance is so many standard deviations of what a stated constant is usually off by, where fits are judged ([`Hypothesis::strain`]);
-/// fits themselves pull with one tolerance ([`Hypothesis::prior`]).
+/// A tolerance is so many standard deviations of what a stated constant is usually off by, where twins are fitted and where they are
+/// judged.
 const TOLERANCE_SIGMAS: f64 = 2.0;
 
 impl Free {
@@ -136,16 +136,17 @@ impl Hypothesis {
         0.5 * self.free.iter().zip(values).map(|(free, value)| free.deviation(*value).powi(2)).sum::<f64>()
     }
 
-    /// Pull of calibration towards its stated values in a fit, in tolerances: diagonal of the normal matrix and gradient, both halves of
-    /// the derivatives of the sum of squares.
+    /// Normal matrix (its diagonal) and gradient of [`strain`](Self::strain), in steps of the numbers' scales.
     pub fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
-        let free = &self.free;
-        let is_calibration = |k: usize| free[k].freedom == Freedom::Calibration;
-        let weigh = |k: usize| if is_calibration(k) { 1.0 } else { 0.0 };
-        // Numbers of a cause may have no neutral value at all.
-        let pull =
-            |k: usize| if is_calibration(k) { (values[k] - free[k].neutral) / free[k].scale } else { 0.0 };
-        (DVector::from_fn(free.len(), |k, _| weigh(k)), DVector::from_fn(free.len(), |k, _| pull(k)))
+        let deviation = |k: usize| self.free[k].deviation(values[k]);
+        let per_scale = |k: usize| match self.free[k].freedom {
+            Freedom::Calibration => TOLERANCE_SIGMAS,
+            // Numbers of a cause may have no neutral value at all.
+            Freedom::Cause => 0.0,
+        };
+        let count = self.free.len();
+        let normal = DVector::from_fn(count, |k, _| per_scale(k) * per_scale(k));
+        (normal, DVector::from_fn(count, |k, _| per_scale(k) * deviation(k)))
     }
 
     /// How many numbers its effects have.

@@ -157,7 +157,7 @@ impl<'a> Objective<'a> {
 
     pub(super) fn cost(&self, residuals: &DVector<f64>, weights: &DVector<f64>, values: &[f64]) -> f64 {
         let squares: f64 = residuals.iter().zip(weights).map(|(r, w)| w * r * r).sum();
-        squares + self.hypothesis.prior(values).1.norm_squared()
+        squares + 2.0 * self.hypothesis.strain(values)
     }
 
     /// Weights of the squared normalised residuals.

@@ -167,7 +167,7 @@ pub(super) fn distance(a: &[Seen], b: &[Seen]) -> f64 {
 /// Misfit of an explanation to what another predicts, its calibration's distance from the stated values included,
 /// in nats.
 fn misfit((fit, seen): &(Fit, Vec<Seen>), truth: &[Seen]) -> f64 {
-    distance(seen, truth) + 0.5 * fit.hypothesis.prior(&fit.values).1.norm_squared()
+    distance(seen, truth) + fit.hypothesis.strain(&fit.values)
 }
 
 /// Two explanations on the runs recorded so far: each refitted to what the other predicts for all of them.
