@@ -19,9 +19,10 @@ const STEP: f64 = 0.02;
 /// An effect that leaves less than this of another one, in standard deviations of what all samples together tell, is its equal.
 const TOLD_APART: f64 = 3.0;
 /// An effect that leaves less than this share of another one is tried in its place.
-const NEARLY: f64 = 0.1;
-/// Steps of Gauss and Newton for that.
+const NEARLY: f64 = 0.05;
+/// Steps of Gauss and Newton for that, and the share that each must leave at most.
 const STEPS_IN_PLACE: usize = 4;
+const FAST: f64 = 0.1;
 /// Changes along the size of an effect are taken at so much information: small enough to be linear, large enough to be no rounding.
 const PROBE: f64 = 1.0;
 /// Largest share of an effect's size for that.
@@ -217,8 +218,11 @@ impl<'a> Equals<'a> {
         let mut least = f64::INFINITY;
         for _ in 0..STEPS_IN_PLACE {
             let Some(here) = change(&now) else { break };
-            least = least.min(self.calibration.beyond(&here).norm());
-            if least < TOLD_APART {
+            let left = self.calibration.beyond(&here).norm();
+            // Steps of Gauss and Newton to what is exact converge fast, or go nowhere.
+            let converges = left < FAST * least;
+            least = least.min(left);
+            if least < TOLD_APART || !converges {
                 break;
             }
             let unit =
@@ -310,6 +314,16 @@ mod tests {
         // Free: φ₂ = −1.5, φ₁ = −0.5; with φ₂ at −1 the first becomes −1.
         let left = bounded(&DVector::from_vec(vec![2.0, 1.5]), &columns);
         assert!((left - DVector::from_vec(vec![0.0, 0.5])).norm() < 1e-9);
+    }
+
+    /// Of a change of twice a column and three times a constant, the column makes up for its own part.
+    #[test]
+    fn exact_amounts_are_those_beside_calibration() {
+        let calibration = Calibration { columns: vec![DVector::from_vec(vec![1.0, 1.0, 0.0])] };
+        let own = DVector::from_vec(vec![0.0, 1.0, 2.0]);
+        let change = &own * -2.0 - &calibration.columns[0] * 3.0;
+        let amounts = calibration.amounts(&change, &[own]);
+        assert!(amounts.len() == 1 && (amounts[0] - 2.0).abs() < 1e-12, "{amounts:?}");
     }
 
     /// An effect of any size leaves nothing along its own columns.

@@ -180,6 +180,10 @@ fn exact_equals_come_from_the_information_of_the_truth() {
     let scale = find(&signals, EffectId::EncoderScale);
     println!("{scale:?}");
     assert!(scale.gap > 1.0 && scale.equals.contains(&EffectId::ForceConstant), "{scale:?}");
+    // By itself a lead error is exactly an error of the one sensor; both at once, as their tangents at the truth have it, are not.
+    let lead = find(&signals, EffectId::ScrewError);
+    println!("{lead:?}");
+    assert!(lead.equals.contains(&EffectId::EncoderPeriodicError), "{lead:?}");
     let delay = find(&signals, EffectId::LoopDelay);
     println!("{delay:?}");
     assert!(delay.gap > 1.0 && delay.equals.is_empty(), "{delay:?}");
