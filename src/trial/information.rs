@@ -137,7 +137,7 @@ fn solved(gram: &DMatrix<f64>, right: &DVector<f64>, fixed: &[Option<f64>]) -> D
 ///
 /// What has a pitch or a frequency is tried with the hidden effect's own.
 ///
-/// An effect that nearly does what the hidden one does is tried in its place too, with the numbers that suit best (Gauss and Newton):
+/// An effect that nearly does what a planned one does is tried in its place too, with the numbers that suit best (Gauss and Newton):
 /// two laws may say the same and their tangents at the truth, where both act at once, differ in the second order of a large effect.
 pub struct Equals<'a> {
     gauge: &'a Gauge<'a>,
@@ -179,7 +179,8 @@ impl<'a> Equals<'a> {
             let left = self.calibration.leaves(&along, &columns).norm();
             let amounts = || self.calibration.amounts(&along, &columns);
             left < TOLD_APART
-                || left < NEARLY * along.norm()
+                || own.planned
+                    && left < NEARLY * along.norm()
                     && self.leaves_in_place(own, *other, &values, &numbers, &amounts()) < TOLD_APART
         });
         equal.map(|(effect, _)| *effect).collect()
