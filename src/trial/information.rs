@@ -3,7 +3,7 @@
 use super::gauge::Gauge;
 use super::real::{Acting, Real};
 use crate::effect::{EffectId, Machinery, Prior};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVD};
 
 /// Constants inside their tolerances, linearised at the case's machine.
 ///
@@ -30,6 +30,8 @@ const LARGEST_PROBE: f64 = 1e-2;
 /// A column of which others leave less than this share is theirs.
 const LEAST_OWN: f64 = 1e-9;
 const SWEEPS: usize = 200;
+/// A decomposition converges in a few iterations a column.
+const MOST_SVD_ITERATIONS: usize = 10_000;
 
 impl Calibration {
     /// The constants of a machine that have a tolerance, and the numbers of effects that its twin states.
@@ -114,14 +116,17 @@ fn solved(gram: &DMatrix<f64>, right: &DVector<f64>, fixed: &[Option<f64>]) -> D
     if free.is_empty() {
         return solution;
     }
-    let scale = |k: usize| gram[(k, k)].sqrt().max(f64::MIN_POSITIVE);
+    // A column of nothing stays nothing.
+    let scale = |k: usize| if gram[(k, k)] > 0.0 { gram[(k, k)].sqrt() } else { 1.0 };
     let own = DMatrix::from_fn(free.len(), free.len(), |a, b| {
         gram[(free[a], free[b])] / (scale(free[a]) * scale(free[b]))
     });
     let held = |k: usize| (0..fixed.len()).filter_map(|j| Some(gram[(k, j)] * fixed[j]?)).sum::<f64>();
     let wanted = DVector::from_fn(free.len(), |a, _| (right[free[a]] - held(free[a])) / scale(free[a]));
     // Columns that are one another's multiples share what they explain.
-    if let Ok(found) = own.svd(true, true).solve(&wanted, 1e-13) {
+    let sound = own.iter().chain(wanted.iter()).all(|x| x.is_finite());
+    let parts = sound.then(|| SVD::try_new(own, true, true, f64::EPSILON, MOST_SVD_ITERATIONS)).flatten();
+    if let Some(Ok(found)) = parts.map(|parts| parts.solve(&wanted, 1e-13)) {
         free.iter().zip(found.iter()).for_each(|(&k, value)| solution[k] = value / scale(k));
     }
     solution
@@ -315,6 +320,18 @@ mod tests {
         // Free: φ₂ = −1.5, φ₁ = −0.5; with φ₂ at −1 the first becomes −1.
         let left = bounded(&DVector::from_vec(vec![2.0, 1.5]), &columns);
         assert!((left - DVector::from_vec(vec![0.0, 0.5])).norm() < 1e-9);
+    }
+
+    /// A column that does nothing takes no share and leaves the others theirs; one that is no number ends in none.
+    #[test]
+    fn exact_a_column_of_nothing_makes_up_for_nothing() {
+        let calibration = Calibration { columns: vec![DVector::from_vec(vec![1.0, 1.0, 0.0])] };
+        let own = DVector::from_vec(vec![0.0, 1.0, 2.0]);
+        let change = &own * -2.0;
+        let amounts = calibration.amounts(&change, &[DVector::zeros(3), own]);
+        assert!(amounts[0] == 0.0 && (amounts[1] - 2.0).abs() < 1e-12, "{amounts:?}");
+        let amounts = calibration.amounts(&change, &[DVector::from_element(3, f64::NAN)]);
+        assert_eq!(amounts, [0.0]);
     }
 
     /// Of a change of twice a column and three times a constant, the column makes up for its own part.
