@@ -18,7 +18,9 @@ pub(super) fn read(
         return Err(Error::new(ErrorKind::Missing)
             .file(path)
             .found("no such file or folder")
-            .expected("a folder with recording.toml, such a file, or a log (CSV, Parquet, MCAP, MAT, HDF5)")
+            .expected(
+                "a folder with recording.toml, such a file, or a log (CSV, Parquet, MCAP, MAT, HDF5, TTRECX)",
+            )
             .remedy("check the path"));
     }
     let are_bare = paths.len() > 1 || paths.iter().any(|path| Recording::is_bare(path));

@@ -1,7 +1,7 @@
 //! What is recorded, real or simulated alike: runs of signals in SI, read from tables through a `recording.toml` that says
 //! which column is which.
 //!
-//! Tables are text in many layouts, Parquet, TwinCAT Scope exports, MCAP with ROS 2 joint states, MAT and HDF5. A few lost samples are
+//! Tables are text in many layouts, Parquet, TwinCAT Scope exports, traces of SINUMERIK and TIA Portal, MCAP with ROS 2 joint states, MAT and HDF5. A few lost samples are
 //! filled in and reported ([`Run::remarks`]); channels with clocks of their own are read at the instants of the slowest one.
 //!
 //! ```toml
@@ -72,6 +72,8 @@ mod shared;
 mod signal;
 mod split;
 mod table;
+mod tia_samples;
+mod tia_trace;
 mod timing;
 mod trace_xml;
 mod write;

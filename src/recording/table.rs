@@ -7,14 +7,14 @@ use super::file_columns::Columns;
 use super::loaded_table::LoadedTable;
 use super::parquet_table::ParquetTable;
 use super::run::hex;
-use super::{array_file, decode, mcap_table, scope_table, trace_xml};
+use super::{array_file, decode, mcap_table, scope_table, tia_trace, trace_xml};
 use sha2::{Digest, Sha256};
 
 use crate::error::{Error, ErrorKind, Result};
 
 /// Endings of table files, of which a folder of logs is taken together.
-pub(super) const ENDINGS: [&str; 12] =
-    ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5", "xml"];
+pub(super) const ENDINGS: [&str; 13] =
+    ["csv", "tsv", "txt", "asc", "gz", "parquet", "pq", "mcap", "mat", "h5", "hdf5", "xml", "ttrecx"];
 
 /// What is in a table file before anything is mapped.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,7 +26,7 @@ pub struct TableLayout {
 }
 
 impl TableLayout {
-    /// Looks at a file: text in any layout that is known, Parquet, MCAP, MAT or HDF5.
+    /// Looks at a file: text in any layout that is known, Parquet, MCAP, MAT, HDF5 or a recording of TIA Portal's trace.
     ///
     /// # Errors
     /// A file that cannot be opened, or whose header is not understood.
@@ -109,7 +109,7 @@ impl Table {
     }
 }
 
-/// What a file is, its first bytes tell: MCAP, MAT, HDF5, else text in any encoding, packed or not: a trace, a scope, CSV.
+/// What a file is, its first bytes tell: MCAP, a ZIP archive, MAT, HDF5, else text in any encoding, packed or not: a trace, a scope, CSV.
 fn text(path: &Path) -> Result<Table> {
     let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
     let sha256 = |bytes: &[u8]| {
@@ -122,6 +122,9 @@ fn text(path: &Path) -> Result<Table> {
     let hash = (!plain).then(|| sha256(&bytes));
     if bytes.starts_with(mcap_table::MAGIC) {
         return mcap_table::read(path, &bytes, sha256(&bytes)).map(Table::Loaded);
+    }
+    if bytes.starts_with(tia_trace::MAGIC) {
+        return tia_trace::read(path, &bytes, sha256(&bytes)).map(Table::Loaded);
     }
     if array_file::is_array_file(&bytes) {
         let hash = sha256(&bytes);

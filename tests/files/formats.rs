@@ -191,6 +191,39 @@ fn ref_sinumerik_traces_leave_out_what_does_not_change() {
     assert!(error.contains("second data frame"), "{error}");
 }
 
+/// The layout is the one of a public reader of these files; its tests hold bytes that a controller recorded.
+#[test]
+fn ref_tia_portal_recordings_state_names_units_and_times() {
+    let toml = "[columns]\nposition_m = { column = \"Axis.ActualPosition\", unit = \"mm\" }\n\
+                current_a = { column = \"Drive.axis_1.Current\", unit = \"mA\" }\n";
+    let recording = read_sample("tia_trace.ttrecx", toml).unwrap();
+    assert_eq!(recording.sample_period_s(), 1e-3);
+    is_sine(&positions(&recording), 1.0);
+    let run = &recording.runs()[0];
+    let wanted = |k: usize| if (k / 10).is_multiple_of(2) { 1.5 } else { -1.5 };
+    assert!(run.signal(Signal::Current).unwrap().iter().enumerate().all(|(k, i)| *i == wanted(k)));
+    assert!(run.remarks.iter().any(|remark| remark.contains("TIA Portal")), "{:?}", run.remarks);
+    let layout = TableLayout::of(&sample("tia_trace.ttrecx")).unwrap();
+    let columns = layout.columns.iter().map(|(name, unit)| (name.as_str(), unit.as_deref()));
+    assert_eq!(
+        columns.collect::<Vec<_>>(),
+        [
+            ("time_s", None),
+            ("Axis.ActualPosition", Some("mm")),
+            ("Drive.axis_1.Current", Some("mA")),
+            ("Axis.StatusWord.Enabled", None),
+        ]
+    );
+    let whole = std::fs::read(sample("tia_trace.ttrecx")).unwrap();
+    let error = read_bytes(&whole[..whole.len() - 40], toml).unwrap_err().to_string();
+    assert!(error.contains("ZIP"), "{error}");
+    // A workbook is a ZIP archive too.
+    let mut other = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    other.start_file("xl/workbook.xml", zip::write::SimpleFileOptions::default()).unwrap();
+    let error = read_bytes(&other.finish().unwrap().into_inner(), toml).unwrap_err().to_string();
+    assert!(error.contains("entry Signals") && error.contains("as CSV"), "{error}");
+}
+
 #[test]
 fn exact_german_excel_in_windows_1252_is_read_with_its_units() {
     let mut text = "sep=;\r\nZeit;Position;Strom\r\nms;µm;A\r\n".to_owned();

@@ -59,7 +59,8 @@ fn kinds(path: &Path) -> Result<(bool, bool), Error> {
         (path.join("machine.toml").is_file(), path.join("recording.toml").is_file())
     } else if path.is_file() {
         // A machine names its URDF; everything else is left to the recording's reader to refuse.
-        let text = std::fs::read_to_string(path).map_err(|error| Error::io(path, &error))?;
+        let bytes = std::fs::read(path).map_err(|error| Error::io(path, &error))?;
+        let text = String::from_utf8_lossy(&bytes);
         let is_machine = text.lines().any(|line| line.trim_start().starts_with("urdf"));
         (is_machine, !is_machine)
     } else {
