@@ -81,6 +81,17 @@ pub fn has_modified(machine: &Machine, effect: EffectId, beside: &EffectSet) -> 
     effect.has_modified(|of| beside.contains(&of) || machine.description().has(of))
 }
 
+/// A set of effects without the features that have nothing to modify.
+pub fn with_modified(machine: &Machine, mut set: EffectSet) -> EffectSet {
+    // A feature may modify another: each in its turn, in the catalogue's order.
+    for effect in set.clone() {
+        if !has_modified(machine, effect, &set) {
+            set.remove(&effect);
+        }
+    }
+    set
+}
+
 /// Starting sets of a hypothesis at most.
 const MOST_STARTS: usize = 48;
 
@@ -162,7 +173,7 @@ impl Hypothesis {
         (!numbers.is_empty()).then_some((numbers, found))
     }
 
-    fn value(&self, path: &str, values: &[f64]) -> Option<f64> {
+    pub(super) fn value(&self, path: &str, values: &[f64]) -> Option<f64> {
         self.free.iter().position(|free| free.path == path).map(|k| values[k])
     }
 
@@ -220,10 +231,12 @@ pub(super) fn stated_values(machine: &Machine, effect: EffectId) -> Vec<f64> {
 
 /// The same, then those of the numbers that are fitted where a recording tells them, then those of form.
 pub(super) fn stated_numbers(machine: &Machine, effect: EffectId) -> Vec<f64> {
-    let further = effect.further().iter().chain(effect.form().iter().map(|form| &form.parameter));
-    let further = further.map(|p| p.key(machine.motion()));
-    let further = further.map(|name| machine.number(&path(effect, name)).unwrap_or(0.0));
-    stated_values(machine, effect).into_iter().chain(further).collect()
+    let further = effect.further().iter().map(|parameter| (parameter, 0.0));
+    let form = effect.form().iter().map(|form| (&form.parameter, form.usual));
+    let number = |(parameter, usual): (&Parameter, f64)| {
+        machine.number(&path(effect, parameter.key(machine.motion()))).unwrap_or(usual)
+    };
+    stated_values(machine, effect).into_iter().chain(further.chain(form).map(number)).collect()
 }
 
 /// An effect's numbers and their starting values as screening proposes them.
@@ -327,7 +340,7 @@ fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
         |(effect, form)| {
             let (name, unit) = (form.parameter.key(machine.motion()), form.parameter.unit(machine.motion()));
             let (path, scale) = (path(effect, name), form.tolerance);
-            let neutral = machine.number(&path).unwrap_or(0.0);
+            let neutral = machine.number(&path).unwrap_or(form.usual);
             let (low, high) = form.parameter.limits;
             let (freedom, range) =
                 (Freedom::Calibration, ((neutral - scale).max(low), (neutral + scale).min(high)));

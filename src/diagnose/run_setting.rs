@@ -1,7 +1,7 @@
 //! The settings of a run on top of what a fit moves.
 
 use super::hypothesis::{path, stated_numbers};
-use crate::effect::EffectId;
+use crate::effect::{EffectId, Parameter};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Run;
@@ -81,10 +81,16 @@ fn shift(machine: &Machine, key: &str, value: &toml::Value) -> Option<Shift> {
     let path = path(effect, parameter.key(machine.motion()));
     let stated = match machine.stated_before(&path) {
         // What an earlier diagnosis identified is no more undone by a known setting than what this one fits.
-        Some(before) => before.unwrap_or(0.0),
+        Some(before) => before.unwrap_or_else(|| usual(effect, parameter)),
         None => stated_numbers(machine, effect)[index],
     };
     stated.is_finite().then_some(Shift { effect, index, path, set, stated })
+}
+
+/// What a number is where nothing is stated.
+fn usual(effect: EffectId, parameter: &Parameter) -> f64 {
+    let form = effect.form().iter().find(|form| form.parameter.name == parameter.name);
+    form.map_or(0.0, |form| form.usual)
 }
 
 #[cfg(test)]

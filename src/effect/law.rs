@@ -5,6 +5,7 @@ use super::unlike::Unlike;
 use super::{Constants, EffectId, Likeness, Stretch};
 use crate::units::{Motion, SMALLEST, largest};
 use serde::Serialize;
+use std::ops::RangeInclusive;
 
 /// A place on the signal path, in hardware order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize)]
@@ -162,7 +163,9 @@ impl Parameter {
 pub struct FormNumber {
     /// The number.
     pub parameter: Parameter,
-    /// How far it may be off what the file states, or off zero: inside that it is calibration, and it is never a cause.
+    /// What it is where the file does not state it.
+    pub usual: f64,
+    /// How far it may be off that, or off what the file states: inside that it is calibration, and it is never a cause.
     pub tolerance: f64,
 }
 
@@ -331,7 +334,13 @@ pub(super) fn negative(name: &str, value: f64) -> Option<String> {
 
 /// The sentence for a parameter that may be so large at most, either way.
 pub(super) fn beyond(name: &str, value: f64, most: f64) -> Option<String> {
-    (!(-most..=most).contains(&value)).then(|| format!("{name} = {value}, expected {} to {most}", -most))
+    outside(name, value, -most..=most)
+}
+
+/// The sentence for a parameter that lies in a range.
+pub(super) fn outside(name: &str, value: f64, range: RangeInclusive<f64>) -> Option<String> {
+    let (least, most) = (range.start(), range.end());
+    (!range.contains(&value)).then(|| format!("{name} = {value}, expected {least} to {most}"))
 }
 
 /// The sentence for a parameter that must be finite.

@@ -9,12 +9,12 @@ use super::step::{Coast, StepForce};
 /// direction s at this speed:
 /// ```text
 ///   df/dx = −σ₀·(1 + sgn(v)·f/g)        F = f + (σ₁(v)/σ₀)·df/dt
-///   σ₁(v) = σ₁·exp(−(v/v_d)²)          v_d = e^(−λ)·g/σ₁
+///   σ₁(v) = σ₁·exp(−(v/v_d)^p)         v_d = e^(−λ)·g/σ₁
 /// ```
 /// so that f runs from any value towards −g·sgn(v) within a displacement of about g/σ₀. Over a displacement Δ at a steady
 /// level, exactly: `f₁ = −s·g + (f₀ + s·g)·exp(−σ₀|Δ|/g)` with s = sgn Δ; g is taken at the step's mean speed. The damping
 /// fades where it would come near the level: a constant σ₁ would brake many times harder than the level just after a reversal.
-/// At λ = 0 it fades where it would reach the level.
+/// At λ = 0 it fades where it would reach the level; with p = 2 as a Gaussian.
 ///
 /// # Validity
 /// The bristles have no rate of their own but σ₁; hysteresis loops close. σ₀ → ∞ is the set-valued law.
@@ -31,8 +31,12 @@ pub struct Bristle {
     pub damping: f64,
     /// e^λ: velocity at which the damping would reach the level, over that at which it fades; more than zero.
     pub fading_factor: f64,
+    /// p: how steeply the damping fades; more than zero.
+    pub fading_exponent: f64,
 }
 
+/// The exponent of Olsson's law.
+pub const GAUSSIAN: f64 = 2.0;
 const MOST_ITERATIONS: usize = 60;
 /// The level is at least this share of its greatest value.
 const LEAST_LEVEL: f64 = 1e-9;
@@ -67,7 +71,7 @@ impl Bristle {
     ///
     /// ```
     /// use slideway::guide::{Bristle, Coast, Sliding};
-    /// let bristle = Bristle { stiffness: 1e6, damping: 0.0, fading_factor: 1.0 };
+    /// let bristle = Bristle { stiffness: 1e6, damping: 0.0, fading_factor: 1.0, fading_exponent: 2.0 };
     /// // Sliding far: Coulomb friction.
     /// let coulomb = Sliding { level: |_, _| 10.0, drag: 0.0 };
     /// let (force, end) = bristle.step(-10.0, Coast::of_mass(100.0, 0.1, 1e-3), 1e-3, coulomb);
@@ -138,7 +142,9 @@ impl Bristle {
         let damping = if self.damping == 0.0 {
             0.0
         } else {
-            let fading = (speed * self.damping * self.fading_factor / level).powi(2);
+            let ratio = speed * self.damping * self.fading_factor / level;
+            let is_gaussian = self.fading_exponent == GAUSSIAN;
+            let fading = if is_gaussian { ratio * ratio } else { ratio.powf(self.fading_exponent) };
             self.damping * (1.0 - fallen(fading)) / (self.stiffness * step_s)
         };
         let slope = rate * direction;
@@ -185,7 +191,8 @@ fn shape(a: f64, fallen: f64) -> ([f64; 2], [f64; 2]) {
 mod tests {
     use super::*;
 
-    const DAHL: Bristle = Bristle { stiffness: 2e6, damping: 0.0, fading_factor: 1.0 };
+    const DAHL: Bristle =
+        Bristle { stiffness: 2e6, damping: 0.0, fading_factor: 1.0, fading_exponent: GAUSSIAN };
 
     fn coulomb(level: f64) -> Sliding<impl Fn(f64, f64) -> f64> {
         Sliding { level: move |_, _| level, drag: 0.0 }
@@ -229,7 +236,7 @@ mod tests {
     /// A push below the friction force deflects the bristles by an amount that holds it: the axis stops.
     #[test]
     fn exact_a_small_push_is_held() {
-        let bristle = Bristle { stiffness: 1e6, damping: 0.0, fading_factor: 1.0 };
+        let bristle = Bristle { stiffness: 1e6, damping: 0.0, fading_factor: 1.0, fading_exponent: 2.0 };
         let (mass, step, drag) = (50.0, 250e-6, 4e3);
         let (mut velocity, mut force, mut position) = (0.0_f64, 0.0, 0.0);
         for _ in 0..40_000 {
@@ -250,8 +257,12 @@ mod tests {
     #[test]
     fn exact_small_motion_rings_with_the_damping_of_the_bristles() {
         let (mass, stiffness, ratio) = (50.0, 2e6_f64, 0.05);
-        let bristle =
-            Bristle { stiffness, damping: 2.0 * ratio * (stiffness * mass).sqrt(), fading_factor: 1.0 };
+        let bristle = Bristle {
+            stiffness,
+            damping: 2.0 * ratio * (stiffness * mass).sqrt(),
+            fading_factor: 1.0,
+            fading_exponent: GAUSSIAN,
+        };
         let omega = (stiffness / mass).sqrt();
         let damped = omega * (1.0 - ratio * ratio).sqrt();
         let error = |steps: u32| {
@@ -272,27 +283,36 @@ mod tests {
         assert!(fine < 1e-3 && coarse / fine > 3.0, "{coarse} {fine}");
     }
 
-    /// The damping's part of the force at a given speed: σ₁(v)/σ₀·df/dt, with σ₁(v) = σ₁·exp(−(v·σ₁·e^λ/g)²).
+    /// The damping's part of the force at a given speed: σ₁(v)/σ₀·df/dt, with σ₁(v) = σ₁·exp(−(v·σ₁·e^λ/g)^p).
     #[test]
     fn exact_damping_fades_where_it_is_stated() {
         let (stiffness, sigma, level, step, velocity) = (2e6, 600.0, 8.0, 1e-3, 4e-3_f64);
         let coast = Coast::of_mass(1e30, velocity, step);
-        let answer = |damping: f64, fading_factor: f64| {
-            Bristle { stiffness, damping, fading_factor }.step(0.0, coast, step, coulomb(level))
+        let answer = |damping: f64, fading_factor: f64, fading_exponent: f64| {
+            Bristle { stiffness, damping, fading_factor, fading_exponent }.step(
+                0.0,
+                coast,
+                step,
+                coulomb(level),
+            )
         };
-        for lambda in [-1.2, 0.0, 0.7_f64] {
-            let (elastic, end) = answer(0.0, lambda.exp());
-            let damped = answer(sigma, lambda.exp()).0.mean - elastic.mean;
-            let fade = (-(velocity * sigma * lambda.exp() / level).powi(2)).exp();
+        for (lambda, exponent) in [(-1.2, 2.0), (0.0, 2.0), (0.7_f64, 2.0), (0.7, 1.0), (-1.2, 3.0)] {
+            let (elastic, end) = answer(0.0, lambda.exp(), exponent);
+            let damped = answer(sigma, lambda.exp(), exponent).0.mean - elastic.mean;
+            let fade = (-(velocity * sigma * lambda.exp() / level).powf(exponent)).exp();
             let expected = sigma * fade / stiffness * end / step;
-            assert!((damped / expected - 1.0).abs() < 1e-9, "{lambda}: {damped} against {expected}");
+            assert!(
+                (damped / expected - 1.0).abs() < 1e-9,
+                "{lambda}, {exponent}: {damped} against {expected}"
+            );
         }
     }
 
     /// At a steady speed the force is the level at that speed and direction, with the direction's drag.
     #[test]
     fn exact_steady_sliding_is_the_level() {
-        let bristle = Bristle { stiffness: 1e6, damping: 500.0, fading_factor: 1.0 };
+        let bristle =
+            Bristle { stiffness: 1e6, damping: 500.0, fading_factor: 1.0, fading_exponent: GAUSSIAN };
         let level =
             |direction: f64, speed: f64| 10.0 + 2.0 * direction + 6.0 * (-(speed / 0.004).powi(2)).exp();
         for velocity in [0.002, -0.002, 0.1, -0.1_f64] {

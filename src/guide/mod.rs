@@ -5,7 +5,7 @@ mod friction;
 mod step;
 pub mod stick_slip;
 
-pub use bristle::{Bristle, Sliding};
+pub use bristle::{Bristle, GAUSSIAN, Sliding};
 pub use friction::{DryFriction, Local, Stribeck};
 pub use step::{Coast, GAUSS, Response, StepForce};
 

@@ -4,7 +4,7 @@ use super::bristle::{Fading, ForgedBristle};
 use super::foreign::{Foreign, WarmingScale};
 use crate::effect::{Effect, Unlike};
 use crate::error::Result;
-use crate::guide::{Bristle, Coast, DryFriction, StepForce};
+use crate::guide::{Bristle, Coast, DryFriction, GAUSSIAN, StepForce};
 use crate::machine::Machine;
 use crate::plant::{Drive, Load, Plant};
 use crate::recording::Run;
@@ -121,9 +121,12 @@ impl ForgedLaws {
                 None => (0.0, 0.0),
             },
         };
-        let stated = dry.bristle.map_or(1.0, |bristle| bristle.fading_factor);
         let own = otherwise.bristle_fading;
-        let fading = Fading { share: own.share / stated, ..own };
+        let fading = dry.bristle.map_or(own, |stated| Fading {
+            share: own.share / stated.fading_factor,
+            // What the machine's file does not say is the forged law's own.
+            power: if stated.fading_exponent == GAUSSIAN { own.power } else { stated.fading_exponent },
+        });
         let bristle =
             (standing > 0.0 && stiffness > 0.0).then_some(ForgedBristle { stiffness, damping, fading });
         // Without a bristle there is nothing to do otherwise.

@@ -135,7 +135,8 @@ fn ref_nothing_hidden_is_no_gap() {
     }
 }
 
-/// A machine whose stated bristles fade at half the speed that the twin has by itself: that is calibrated, not a cause.
+/// A machine whose stated bristles fade at half the speed that the twin has by itself, or as an exponential: that is calibrated, not a
+/// cause.
 #[test]
 fn ref_bristles_that_fade_otherwise_are_calibrated() {
     let stated = [
@@ -143,15 +144,18 @@ fn ref_bristles_that_fade_otherwise_are_calibrated() {
         ("effect.presliding.stiffness_n_per_m", 2e6),
         ("effect.presliding.damping_n_s_per_m", 6e3),
     ];
-    let fading = "effect.presliding.damping_fading";
-    let hidden: Vec<(&str, f64)> = stated.iter().copied().chain([(fading, std::f64::consts::LN_2)]).collect();
     let twin = machine(GRINDER).with_settings(stated.map(|(key, value)| (key, value.into()))).unwrap();
-    let d = run_diagnosis(&twin, &recording_at(&CELLS, &hidden, 5, &[1.0, -1.0]));
-    report("fading", &d);
-    assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]));
-    assert!(d.gap.before > 2.0, "nothing was there to calibrate: {}", d.gap.before);
-    let found = d.calibration.iter().find(|c| c.path == fading).unwrap();
-    assert!((found.parameter.value - std::f64::consts::LN_2).abs() < 0.05, "{found:?}");
+    let forms = [("damping_fading", std::f64::consts::LN_2), ("fading_exponent", 1.0)];
+    for (name, hidden) in forms {
+        let path = format!("effect.presliding.{name}");
+        let all: Vec<(&str, f64)> = stated.iter().copied().chain([(path.as_str(), hidden)]).collect();
+        let d = run_diagnosis(&twin, &recording_at(&CELLS, &all, 5, &[1.0, -1.0]));
+        report(name, &d);
+        assert_eq!((d.verdict, named(&d)), (Verdict::NoGap, vec![]), "{name}");
+        assert!(d.gap.before > 2.0, "{name}: nothing was there to calibrate: {}", d.gap.before);
+        let found = d.calibration.iter().find(|c| c.path == path).unwrap();
+        assert!((found.parameter.value - hidden).abs() < 0.05, "{found:?}");
+    }
 }
 
 /// Moving mass of the table in kg.
