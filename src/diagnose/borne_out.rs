@@ -5,7 +5,7 @@ use super::evidence::Score;
 use super::fit::Fit;
 use super::folds::Folds;
 use super::found::{Found, posterior};
-use super::hypothesis::{EffectSet, Freedom, has_modified};
+use super::hypothesis::{EffectSet, Freedom};
 use super::parameter::NORMAL_975;
 use super::selection::Search;
 use crate::effect::EffectId;
@@ -59,19 +59,6 @@ impl Search<'_> {
         let sufficient: Vec<usize> = indices.into_iter().filter(is_sufficient).collect();
         Ok(found.best_of(&sufficient))
     }
-
-    /// A set without some of its effects, and without the features that then have nothing to modify.
-    pub(super) fn without(&self, set: &EffectSet, left: impl IntoIterator<Item = EffectId>) -> EffectSet {
-        let left: EffectSet = left.into_iter().collect();
-        let mut rest: EffectSet = set.difference(&left).copied().collect();
-        // A feature may modify another: each in its turn, in the catalogue's order.
-        for effect in set {
-            if !has_modified(self.machine, *effect, &rest) {
-                rest.remove(effect);
-            }
-        }
-        rest
-    }
 }
 
 /// Whether the interval of one of an effect's numbers leaves out the twin's own value.
@@ -85,9 +72,10 @@ fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
     let free = &fit.hypothesis.free;
     let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause && !free[*k].held;
     let mut numbers = (0..free.len()).filter(own).filter(|&k| !free[k].neutral.is_nan()).peekable();
-    // One that only starts set has no interval.
+    // One that only starts set has no interval, and tells by itself.
     numbers.peek().is_none()
-        || numbers.any(|k| (fit.values[k] - free[k].neutral).abs() > NORMAL_975 * errors[k])
+        // Nor has one that does nothing on these runs.
+        || numbers.any(|k| errors[k] > 0.0 && (fit.values[k] - free[k].neutral).abs() > NORMAL_975 * errors[k])
 }
 
 #[cfg(test)]

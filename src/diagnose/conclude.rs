@@ -33,7 +33,7 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> Vec<Cause> {
                 effect: effect.name().to_string(),
                 group: effect.group().map(str::to_owned),
                 site: effect.site().name().to_string(),
-                probability: probability(found, effect),
+                probability: found.probability_of(effect),
                 closes: contributions.get(&effect).copied().unwrap_or(0.0),
                 confusable_reason: (!confusable_with.is_empty()).then(|| alike(&confusable_with)),
                 confusable_with,
@@ -78,12 +78,6 @@ fn alike(others: &[String]) -> String {
         "Fitted in its place, {} predicts the held-out runs as well: the log-likelihoods differ by less than {INDISTINCT:.0}, which chance can do.",
         others.join(" or ")
     )
-}
-
-fn probability(found: &Found, effect: EffectId) -> f64 {
-    let pairs = found.candidates.iter().zip(&found.posterior);
-    let sum: f64 = pairs.filter(|(c, _)| c.effects().contains(&effect)).map(|(_, p)| p).sum();
-    sum.min(1.0)
 }
 
 /// Effects of explanations that predict the held-out runs as well: worse by no more than [`INDISTINCT`], and better by no more
@@ -162,7 +156,7 @@ pub fn calibration(fit: &Fit) -> Vec<Calibration> {
 pub fn effects(found: &Found, catalogue: &[EffectId], harmonics: &[String]) -> Vec<EffectProbability> {
     let own = catalogue.iter().filter(|e| harmonics.iter().all(|harmonic| *harmonic != e.name()));
     let mut list: Vec<EffectProbability> = own
-        .map(|&e| EffectProbability { effect: e.name().to_string(), probability: probability(found, e) })
+        .map(|&e| EffectProbability { effect: e.name().to_string(), probability: found.probability_of(e) })
         .collect();
     list.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(a.effect.cmp(&b.effect)));
     list

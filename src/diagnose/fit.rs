@@ -20,6 +20,8 @@ pub struct Fit {
     pub hypothesis: Hypothesis,
     /// Values of its free numbers.
     pub values: Vec<f64>,
+    /// Size of what it leaves of the training runs, by which fits of one hypothesis are compared.
+    pub size: f64,
     /// Standard errors of the values, robust to autocorrelated and uneven residuals.
     pub standard_errors: Vec<f64>,
     /// Their covariance, each in units of its number's scale.
@@ -66,6 +68,28 @@ impl Fit {
         let residuals = objective.residuals(&self.values)?;
         let columns = objective.jacobian(&self.values, &residuals, None)?;
         Ok(Sensitivities { free: self.hypothesis.free.clone(), columns, stride: objective.stride })
+    }
+
+    /// Whether it leaves more of the training runs than one of a hypothesis with more effects, without the effects that that one has more,
+    /// replayed as it is: it ended in a minimum that is not the least. The values from there, where that is so.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub fn improved_by(
+        &self,
+        fuller: &Self,
+        machine: &Machine,
+        training: &Training,
+        floor: &Floor,
+    ) -> Result<Option<Vec<f64>>> {
+        let value = |free: &Free| fuller.hypothesis.value(&free.path, &fuller.values);
+        let Some(values) = self.hypothesis.free.iter().map(value).collect::<Option<Vec<f64>>>() else {
+            return Ok(None);
+        };
+        let values = inside(&self.hypothesis, &values);
+        let objective = Objective::new(machine, &self.hypothesis, training.runs(), floor);
+        let size = objective.size(&objective.residuals(&values)?);
+        Ok((size < self.size).then_some(values))
     }
 
     /// The machine as fitted.
@@ -162,24 +186,45 @@ fn finish(objective: &Objective, Arrived { values, residuals }: Arrived, care: C
         }
         scatter += &score * score.transpose();
     }
-    let sound = normal.iter().all(|x| x.is_finite());
-    let inverse =
-        sound.then(|| normal.clone().pseudo_inverse(1e-14 * normal.norm().max(1e-300)).ok()).flatten();
-    let inverse = inverse.unwrap_or_else(|| DMatrix::zeros(count, count));
+    let inverse = inverted(&normal);
     let covariance = &inverse * (scatter + DMatrix::from_diagonal(&weight)) * &inverse;
     let free = &objective.hypothesis.free;
     let standard_errors = (0..count).map(|k| covariance[(k, k)].max(0.0).sqrt() * free[k].scale).collect();
+    // What does nothing here has neither interval nor effect; what only starts set has no interval either.
+    let tells = |k: usize| free[k].held || normal[(k, k)] > 0.0;
     let effects = objective.hypothesis.effects.iter().copied();
     let frequencies = objective.experiments.iter().map(|e| objective.rows(e)).sum::<usize>() as f64 / 2.0;
-    let shown = effects.filter(|&effect| shows(effect, free, &values, &covariance, frequencies)).collect();
-    Ok(Fit { hypothesis: objective.hypothesis.clone(), values, standard_errors, covariance, shown })
+    let shows = |effect: &EffectId| {
+        let own = |k: &usize| free[*k].effect == *effect && free[*k].freedom == Freedom::Cause && tells(*k);
+        shows((0..free.len()).filter(own).collect(), free, &values, &covariance, frequencies)
+    };
+    let shown = effects.filter(shows).collect();
+    let size = objective.size(&residuals);
+    Ok(Fit { hypothesis: objective.hypothesis.clone(), values, size, standard_errors, covariance, shown })
 }
+
+/// The inverse of a normal matrix; of numbers that do nothing, and of combinations that do nothing to rounding, zero.
+///
+/// It is taken of the correlation matrix: numbers are in units of their own, and one that the data tell a million times better than another
+/// does not make the other one nothing.
+fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
+    let count = normal.nrows();
+    let size = |k: usize| if normal[(k, k)] > 0.0 { normal[(k, k)].sqrt() } else { 1.0 };
+    let correlation = DMatrix::from_fn(count, count, |a, b| normal[(a, b)] / (size(a) * size(b)));
+    let sound = correlation.iter().all(|x| x.is_finite());
+    let inverse = sound.then(|| correlation.pseudo_inverse(ROUNDING).ok()).flatten();
+    let inverse = inverse.unwrap_or_else(|| DMatrix::zeros(count, count));
+    DMatrix::from_fn(count, count, |a, b| inverse[(a, b)] / (size(a) * size(b)))
+}
+
+/// Smallest singular value of a correlation matrix that is more than rounding.
+const ROUNDING: f64 = 1e-14;
 
 /// Probability with which an effect that is not there shows.
 const SIGNIFICANCE: f64 = 0.05;
 
-/// Whether an effect's parameters differ from the twin's beyond chance, one of them or all together (Wald's test); `covariance` is in
-/// units of their scales.
+/// Whether an effect's parameters, at these places, differ from the twin's beyond chance, one of them or all together (Wald's test);
+/// `covariance` is in units of their scales.
 ///
 /// # Model
 /// W = dᵀC⁻¹d is χ² distributed where the effect is not there, and its tail is compared with [`SIGNIFICANCE`]. A parameter that exists
@@ -189,14 +234,12 @@ const SIGNIFICANCE: f64 = 0.05;
 /// # Source
 /// R. B. Davies (1987), *Hypothesis testing when a nuisance parameter is present only under the alternative*, Biometrika 74:33.
 fn shows(
-    effect: EffectId,
+    mut numbers: Vec<usize>,
     free: &[Free],
     values: &[f64],
     covariance: &DMatrix<f64>,
     frequencies: f64,
 ) -> bool {
-    let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause;
-    let mut numbers: Vec<usize> = (0..free.len()).filter(own).collect();
     // Some have no neutral value: a period by itself changes nothing.
     let has_neutral = |k: &usize| !free[*k].neutral.is_nan();
     let trials = if numbers.iter().all(has_neutral) { 1.0 } else { frequencies.max(1.0) };
@@ -250,6 +293,24 @@ mod tests {
         Free { effect, name, unit: "N", path, freedom, neutral, range: (-9.0, 9.0), scale: 1.0, held }
     }
 
+    fn all(free: &[Free]) -> Vec<usize> {
+        (0..free.len()).collect()
+    }
+
+    /// Of two numbers in very different units each has its own variance; one that does nothing has none.
+    #[test]
+    fn exact_the_inverse_does_not_depend_on_units() {
+        let normal = DMatrix::from_row_slice(3, 3, &[4e18, 1e9, 0.0, 1e9, 1.0, 0.0, 0.0, 0.0, 0.0]);
+        let inverse = inverted(&normal);
+        let determinant = 4e18 - 1e18;
+        for (place, expected) in
+            [((0, 0), 1.0 / determinant), ((1, 1), 4e18 / determinant), ((0, 1), -1e9 / determinant)]
+        {
+            assert!((inverse[place] / expected - 1.0).abs() < 1e-9, "{place:?}: {}", inverse[place]);
+        }
+        assert_eq!(inverse[(2, 2)], 0.0);
+    }
+
     /// Sine and cosine of a wave whose phase is unknown: neither is certain, the amplitude is. Two numbers that are uncertain
     /// by themselves and together do not show.
     #[test]
@@ -260,7 +321,7 @@ mod tests {
             number("cosine_n", 0.0, false),
         ];
         let shown = |trials: f64, values: [f64; 3], covariance: [f64; 9]| {
-            shows(EffectId::Cogging, &free, &values, &DMatrix::from_row_slice(3, 3, &covariance), trials)
+            shows(all(&free), &free, &values, &DMatrix::from_row_slice(3, 3, &covariance), trials)
         };
         // A tangent step from (3, 4) is free, a radial one known to 0.1: variances 16·0.64 and 16·0.36 across the radius.
         let turned = [1e-12, 0.0, 0.0, 0.0, 10.24, -7.68, 0.0, -7.68, 5.77];
@@ -277,10 +338,10 @@ mod tests {
     fn exact_an_unstated_limit_shows_and_a_held_number_does_not() {
         let certain = DMatrix::from_diagonal_element(1, 1, 0.0);
         let limit = [number("limit_v", f64::INFINITY, false)];
-        assert!(shows(EffectId::Cogging, &limit, &[3.0], &certain, 1e4));
+        assert!(shows(all(&limit), &limit, &[3.0], &certain, 1e4));
         let held = [number("sine_n", 0.0, false), number("mode", 0.0, true)];
         let vague = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0]));
-        assert!(!shows(EffectId::Cogging, &held, &[3.0, 1.0], &vague, 1e4));
-        assert!(shows(EffectId::Cogging, &held[1..], &[1.0], &DMatrix::from_element(1, 1, 0.0), 1e4));
+        assert!(!shows(all(&held), &held, &[3.0, 1.0], &vague, 1e4));
+        assert!(shows(all(&held[1..]), &held[1..], &[1.0], &DMatrix::from_element(1, 1, 0.0), 1e4));
     }
 }

@@ -146,9 +146,14 @@ impl Found {
             return None;
         }
         let (set, own) = (self.candidates[most].effects(), self.effects());
-        let is_worth_it = || !set.is_superset(own) || self.worth_naming(most, self.chosen, before);
         let is_other = most != self.chosen && !own.is_empty() && !set.is_empty();
-        (is_other && self.is_sound(most) && is_worth_it()).then_some(most)
+        (is_other && self.is_sound(most) && self.is_worth_it(most, before)).then_some(most)
+    }
+
+    /// Whether what a candidate has more than the chosen explanation is worth naming, where it has all of that.
+    fn is_worth_it(&self, index: usize, before: &Score) -> bool {
+        let is_fuller = self.candidates[index].effects().is_superset(self.effects());
+        !is_fuller || self.worth_naming(index, self.chosen, before)
     }
 
     /// Whether a candidate was fitted to the end, and all of its effects show.
@@ -160,13 +165,9 @@ impl Found {
     /// be worth naming.
     pub(super) fn better(&self, before: &Score) -> Option<usize> {
         let least = self.merit(self.chosen) + LEAST_GAIN;
-        let is_worth_it = |k: usize| {
-            !self.candidates[k].effects().is_superset(self.effects())
-                || self.worth_naming(k, self.chosen, before)
-        };
-        let is_better =
-            |&k: &usize| k != self.chosen && self.is_sound(k) && self.merit(k) > least && is_worth_it(k);
-        let better: Vec<usize> = (0..self.candidates.len()).filter(is_better).collect();
+        let may_be = |k: usize| k != self.chosen && self.is_sound(k) && self.is_worth_it(k, before);
+        let better: Vec<usize> =
+            (0..self.candidates.len()).filter(|&k| may_be(k) && self.merit(k) > least).collect();
         self.best_of(&better)
     }
 
@@ -347,6 +348,7 @@ pub(super) mod tests {
         let free: Vec<Free> = effects.iter().map(number).collect();
         let fit = Fit {
             values: vec![value; free.len()],
+            size: 0.0,
             standard_errors: vec![0.1; free.len()],
             covariance: nalgebra::DMatrix::from_diagonal_element(free.len(), free.len(), 0.01),
             shown: effects.clone(),

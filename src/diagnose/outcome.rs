@@ -3,7 +3,7 @@
 use super::decide::Evidence;
 use super::evidence::{Score, closed};
 use super::found::Found;
-use super::hypothesis::{EffectSet, has_modified};
+use super::hypothesis::{EffectSet, with_modified};
 use crate::effect::EffectId;
 use crate::machine::Machine;
 
@@ -27,11 +27,16 @@ impl Found {
         }
     }
 
+    /// Posterior probability that an effect acts.
+    pub(super) fn probability_of(&self, effect: EffectId) -> f64 {
+        self.probability(&EffectSet::from([effect]))
+    }
+
     /// Posterior probability that all of these effects act.
     pub(super) fn probability(&self, effects: &EffectSet) -> f64 {
         let pairs = self.candidates.iter().zip(&self.posterior);
-        let lacking = pairs.filter(|(candidate, _)| !candidate.effects().is_superset(effects));
-        1.0 - lacking.map(|(_, probability)| probability).sum::<f64>()
+        let having = pairs.filter(|(candidate, _)| candidate.effects().is_superset(effects));
+        having.map(|(_, probability)| probability).sum::<f64>().min(1.0)
     }
 
     /// Those of the chosen effects that act with the probability that decides, whatever acts beside them; none where that is all of them
@@ -41,14 +46,8 @@ impl Found {
     /// uncertain.
     pub(super) fn certain(&self, machine: &Machine, decides: f64) -> Option<EffectSet> {
         let chosen = self.effects();
-        let acts = |effect: &EffectId| self.probability(&EffectSet::from([*effect])) >= decides;
-        let mut certain: EffectSet = chosen.iter().copied().filter(acts).collect();
-        // A feature may modify another: each in its turn, in the catalogue's order.
-        for effect in chosen {
-            if !has_modified(machine, *effect, &certain) {
-                certain.remove(effect);
-            }
-        }
+        let acts = |effect: &EffectId| self.probability_of(*effect) >= decides;
+        let certain = with_modified(machine, chosen.iter().copied().filter(acts).collect());
         let is_part = !certain.is_empty() && certain.len() < chosen.len();
         (is_part && self.probability(&certain) >= decides).then_some(certain)
     }

@@ -8,7 +8,7 @@ use super::experiment::{HeldOut, Training};
 use super::fit::{Care, Fit, fit};
 use super::floors::Floors;
 use super::found::{Base, Candidate, Found, LEAST_GAIN, posterior};
-use super::hypothesis::{EffectSet, Hypothesis, has_modified};
+use super::hypothesis::{EffectSet, Hypothesis, has_modified, with_modified};
 use super::motion;
 use super::proposals::{Proposals, members};
 use crate::effect::EffectId;
@@ -331,6 +331,7 @@ impl Search<'_> {
         while found.effects().len() > 1 {
             let smaller = self.subsets(found.effects());
             let indices = self.explore(found, &smaller, found.chosen)?;
+            self.fit_from(found, &indices, found.chosen)?;
             // What was added beyond chance stays while it pays; more explanations seen since then change the weights. A feature
             // may have come with what it modifies, which alone was beyond chance.
             let superfluous = |index: &usize| {
@@ -346,11 +347,36 @@ impl Search<'_> {
         Ok(())
     }
 
+    /// Fits those of the candidates again that ended in a minimum which is not their least, as a fuller one shows.
+    fn fit_from(&self, found: &mut Found, indices: &[usize], fuller: usize) -> Result<()> {
+        for &k in indices {
+            if !found.candidates[k].thorough {
+                continue;
+            }
+            let fuller = &found.candidates[fuller].fit;
+            let fit = &found.candidates[k].fit;
+            let floor = &self.floors.common;
+            let Some(values) = fit.improved_by(fuller, self.machine, self.training, floor)? else { continue };
+            (self.progress)(Progress::Asked(1));
+            let again = self.evaluate(&fit.hypothesis, Some(&values), Care::Thorough)?;
+            if again.fit.size < fit.size {
+                found.candidates[k] = again;
+            }
+        }
+        Ok(())
+    }
+
     /// The set without each of its members, and without the features that then have nothing to modify.
     fn subsets(&self, set: &EffectSet) -> Vec<EffectSet> {
         let mut sets: Vec<EffectSet> = set.iter().map(|effect| self.without(set, [*effect])).collect();
         sets.dedup();
         sets
+    }
+
+    /// A set without some of its effects, and without the features that then have nothing to modify.
+    pub(super) fn without(&self, set: &EffectSet, left: impl IntoIterator<Item = EffectId>) -> EffectSet {
+        let left: EffectSet = left.into_iter().collect();
+        with_modified(self.machine, set.difference(&left).copied().collect())
     }
 
     /// Puts every other effect in the place of each chosen one: what was found first may only have stood for another.

@@ -63,8 +63,8 @@ pub(super) struct Separation {
 ///
 /// # Model
 /// With δ the difference of the two predictions in weighted units of noise, J the sensitivities of the one that is
-/// false, and p the distance of its calibrated constants from their stated values in tolerances, its new fit moves its
-/// numbers by the Δ that minimises `‖δ + J·Δ‖² + ‖p + Δ‖² − ‖p‖²`. Half of what is left is what it cannot take up.
+/// false, p the distance of its calibrated constants from their stated values in standard deviations, and W the standard deviations in
+/// a step of each number, its new fit moves its numbers by the Δ that minimises `‖δ + J·Δ‖² + ‖p + W·Δ‖² − ‖p‖²`. Half of what is left is what it cannot take up.
 ///
 /// # Validity
 /// Linear in Δ; bounds of the numbers are not looked at.

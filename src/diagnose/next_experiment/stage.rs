@@ -214,6 +214,7 @@ mod tests {
         let truth = Fit {
             hypothesis,
             values: vec![],
+            size: 0.0,
             standard_errors: vec![],
             covariance: DMatrix::zeros(0, 0),
             shown: effects,
