@@ -83,6 +83,11 @@ impl Search<'_> {
         }
         self.settle_for_certain(&mut found, before)?;
         self.keep_what_is_borne_out(&mut found, before)?;
+        // What is less probable than the twin as it is, calibrated, explains nothing.
+        if found.posterior[found.chosen] < found.posterior[0] {
+            found.chosen = 0;
+            found.posterior = posterior(&found, before);
+        }
         Ok(found)
     }
 

@@ -37,6 +37,22 @@ pub struct Weight {
     by_sine: f64,
 }
 
+/// Angles up to which the series are exact to rounding.
+const SMALL_RAD: f64 = 0.1;
+
+/// Sine and cosine of an angle that is mostly small: that of one step.
+#[inline]
+fn near_zero(angle: f64) -> (f64, f64) {
+    if angle.abs() > SMALL_RAD {
+        return angle.sin_cos();
+    }
+    let square = angle * angle;
+    let sine =
+        angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))));
+    let cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)));
+    (sine, cosine)
+}
+
 impl Weight {
     /// Weight along the joint of a body, in the joint's frame, that effort moves as `moving_inertia` says: kg, which is what a
     /// prismatic joint carries, or kg·m². None where there is nothing beyond rounding.
@@ -72,6 +88,19 @@ impl Weight {
         self.by_cosine * cosine + self.by_sine * sine
     }
 
+    /// The effort near a position, by the displacement from there.
+    #[inline]
+    pub fn near(&self, position: f64) -> impl Fn(f64) -> f64 + Copy {
+        let (sine, cosine) = position.sin_cos();
+        let here = self.by_cosine * cosine + self.by_sine * sine;
+        let slope = self.by_sine * cosine - self.by_cosine * sine;
+        let constant = self.constant;
+        move |way: f64| {
+            let (sine, cosine) = near_zero(way);
+            constant + here * cosine + slope * sine
+        }
+    }
+
     /// Whether it is the same at every position: that of a prismatic axis.
     #[inline]
     pub fn is_constant(&self) -> bool {
@@ -87,5 +116,23 @@ impl Weight {
     pub fn hanging_rad(&self) -> Option<f64> {
         // W(q) = A·sin(q₀ − q) with A > 0.
         (!self.is_constant()).then(|| self.by_cosine.atan2(-self.by_sine))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exact_the_effort_near_a_position_is_that_there() {
+        let weight = Weight { constant: 0.0, by_cosine: 0.3, by_sine: -0.4 };
+        for position in [-7.0, 0.0, 1.1, 2.9_f64] {
+            for way in [0.0, 1e-9, -3e-3, 0.0999, -0.1, 0.2, 3.0_f64] {
+                let (near, there) = (weight.near(position)(way), weight.effort(position + way));
+                assert!((near - there).abs() < 5e-16, "{position} {way}: {near} against {there}");
+            }
+        }
+        let constant = Weight { constant: 5.0, by_cosine: 0.0, by_sine: 0.0 };
+        assert_eq!(constant.near(0.3)(1.0), 5.0);
     }
 }

@@ -192,7 +192,8 @@ impl Laws {
         if weight.is_constant() {
             return answer(StepForce::held(weight.effort(position)));
         }
-        let pull = |coast: Coast| coast.force_over(position, step_s, |place| weight.effort(place));
+        let near = weight.near(position);
+        let pull = |coast: Coast| coast.force_over(0.0, step_s, near);
         let [first, held] = answer(pull(coast));
         answer(pull(coast.under(first + held)))
     }

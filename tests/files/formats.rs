@@ -203,7 +203,7 @@ fn ref_tia_portal_recordings_state_names_units_and_times() {
     let wanted = |k: usize| if (k / 10).is_multiple_of(2) { 1.5 } else { -1.5 };
     assert!(run.signal(Signal::Current).unwrap().iter().enumerate().all(|(k, i)| *i == wanted(k)));
     assert!(run.remarks.iter().any(|remark| remark.contains("TIA Portal")), "{:?}", run.remarks);
-    let layout = TableLayout::of(&sample("tia_trace.ttrecx")).unwrap();
+    let layout = TableLayout::of(sample("tia_trace.ttrecx")).unwrap();
     let columns = layout.columns.iter().map(|(name, unit)| (name.as_str(), unit.as_deref()));
     assert_eq!(
         columns.collect::<Vec<_>>(),
