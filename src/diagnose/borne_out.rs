@@ -72,10 +72,11 @@ fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
     let free = &fit.hypothesis.free;
     let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause && !free[*k].held;
     let mut numbers = (0..free.len()).filter(own).filter(|&k| !free[k].neutral.is_nan()).peekable();
-    // One that only starts set has no interval, and tells by itself.
+    // An effect whose numbers are all held has no interval to go by. A number that does nothing on these runs has none either, and
+    // bears nothing out.
     numbers.peek().is_none()
-        // Nor has one that does nothing on these runs.
-        || numbers.any(|k| errors[k] > 0.0 && (fit.values[k] - free[k].neutral).abs() > NORMAL_975 * errors[k])
+        || numbers
+            .any(|k| errors[k] > 0.0 && (fit.values[k] - free[k].neutral).abs() > NORMAL_975 * errors[k])
 }
 
 #[cfg(test)]

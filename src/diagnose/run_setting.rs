@@ -87,7 +87,7 @@ fn shift(machine: &Machine, key: &str, value: &toml::Value) -> Option<Shift> {
     stated.is_finite().then_some(Shift { effect, index, path, set, stated })
 }
 
-/// What a number is where nothing is stated.
+/// What a number is where nothing is stated: the usual one of its law's form, or zero.
 fn usual(effect: EffectId, parameter: &Parameter) -> f64 {
     let form = effect.form().iter().find(|form| form.parameter.name == parameter.name);
     form.map_or(0.0, |form| form.usual)

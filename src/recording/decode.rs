@@ -9,7 +9,7 @@ use crate::error::{Error, ErrorKind, Result};
 
 const GZIP: &[u8] = &[0x1F, 0x8B];
 /// Larger text would not fit in memory beside its numbers.
-const MOST_BYTES: u64 = 4 << 30;
+pub(super) const MOST_BYTES: u64 = 4 << 30;
 /// Bytes that are looked at where no mark tells the encoding.
 const LOOKED_AT: usize = 4096;
 

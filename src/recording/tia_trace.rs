@@ -20,6 +20,7 @@ use quick_xml::Reader;
 use quick_xml::events::{BytesStart, Event};
 use zip::ZipArchive;
 
+use super::decode::MOST_BYTES;
 use super::loaded_table::{Content, LoadedTable};
 use super::series::Series;
 use super::tia_samples::samples;
@@ -29,8 +30,6 @@ use crate::error::{Error, ErrorKind, Result};
 /// What a ZIP archive begins with.
 pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
 const FORMAT: &str = "recording of TIA Portal's trace";
-/// More would not fit in memory beside its numbers.
-const MOST_BYTES: u64 = 4 << 30;
 
 /// Reads a recording.
 ///

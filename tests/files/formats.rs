@@ -52,6 +52,13 @@ fn is_sine(read: &[f64], factor: f64) {
     }
 }
 
+/// The current of the traces' samples: 1.5 A, the other way round every ten samples.
+#[track_caller]
+fn is_square(read: &[f64]) {
+    let wanted = |k: usize| if (k / 10).is_multiple_of(2) { 1.5 } else { -1.5 };
+    assert!(read.iter().enumerate().all(|(k, current)| *current == wanted(k)), "{read:?}");
+}
+
 #[test]
 fn ref_twincat_scope_groups_of_several_rates_are_read_on_one_clock() {
     let toml = "[columns]\nposition_m = { column = \"func_freesample\", unit = \"mm\" }\n\
@@ -178,8 +185,7 @@ fn ref_sinumerik_traces_leave_out_what_does_not_change() {
     assert_eq!(recording.sample_period_s(), 1e-3);
     is_sine(&positions(&recording), 1.0);
     let run = &recording.runs()[0];
-    let wanted = |k: usize| if (k / 10).is_multiple_of(2) { 1.5 } else { -1.5 };
-    assert!(run.signal(Signal::Current).unwrap().iter().enumerate().all(|(k, i)| *i == wanted(k)));
+    is_square(run.signal(Signal::Current).unwrap());
     assert!(run.remarks.iter().any(|remark| remark.contains("SINUMERIK")), "{:?}", run.remarks);
     let whole = std::fs::read_to_string(sample("sinumerik_trace.xml")).unwrap();
     let refused = |text: &str| read_bytes(text.as_bytes(), &toml).unwrap_err().to_string();
@@ -200,8 +206,7 @@ fn ref_tia_portal_recordings_state_names_units_and_times() {
     assert_eq!(recording.sample_period_s(), 1e-3);
     is_sine(&positions(&recording), 1.0);
     let run = &recording.runs()[0];
-    let wanted = |k: usize| if (k / 10).is_multiple_of(2) { 1.5 } else { -1.5 };
-    assert!(run.signal(Signal::Current).unwrap().iter().enumerate().all(|(k, i)| *i == wanted(k)));
+    is_square(run.signal(Signal::Current).unwrap());
     assert!(run.remarks.iter().any(|remark| remark.contains("TIA Portal")), "{:?}", run.remarks);
     let layout = TableLayout::of(sample("tia_trace.ttrecx")).unwrap();
     let columns = layout.columns.iter().map(|(name, unit)| (name.as_str(), unit.as_deref()));
