@@ -1,35 +1,65 @@
 //! Amplitudes of what repeats along the axis.
 
 use super::fit::Fit;
-use super::folds::Folds;
-use super::hypothesis::Freedom;
+use super::folds::{Estimate, Folds};
+use super::hypothesis::{Free, Freedom};
 use super::parameter::{NORMAL_975, Parameter};
 use crate::effect::EffectId;
 use std::collections::BTreeMap;
 
 /// Amplitudes of an effect's waves, by the names of their sines: `amplitude_n` beside `sine_n` and `cosine_n`.
+pub fn amplitudes(fit: &Fit, folds: &Folds, effect: EffectId) -> BTreeMap<String, Parameter> {
+    let own = fit.hypothesis.free.iter().filter(|free| free.effect == effect);
+    let rests = own.filter_map(|free| free.name.strip_prefix("sine"));
+    let amplitude = |rest: &str| {
+        let wave = Wave { effect: effect.name(), rest };
+        Some((format!("amplitude{rest}"), amplitude_of_sum(fit, folds, &[wave])?))
+    };
+    rests.filter_map(amplitude).collect()
+}
+
+/// One wave of an effect.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wave<'a> {
+    /// Name of the effect.
+    pub effect: &'a str,
+    /// What the names of its sine, cosine and amplitude have after these words: order and unit.
+    pub rest: &'a str,
+}
+
+/// Amplitude of the sum of waves of one period; none where that is zero or one of them is missing.
 ///
 /// # Model
-/// A = √(s² + c²), with the standard error of A to first order from the covariance of s and c, or from its own scatter over the
-/// training runs where that is larger. Far from the zero of position the phase hangs on the period: sine and cosine by
-/// themselves are uncertain then, and the amplitude is not.
-pub fn amplitudes(fit: &Fit, folds: &Folds, effect: EffectId) -> BTreeMap<String, Parameter> {
+/// A = √(s² + c²) of the sums s of sines and c of cosines, with the standard error of A to first order from their covariance, or
+/// from its own scatter over the training runs where that is larger. Far from the zero of position the phase hangs on the period:
+/// sine and cosine by themselves are uncertain then, and the amplitude is not.
+pub fn amplitude_of_sum(fit: &Fit, folds: &Folds, waves: &[Wave]) -> Option<Parameter> {
     let free = &fit.hypothesis.free;
-    let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause;
-    let sines = (0..free.len()).filter(own).filter_map(|k| Some((k, free[k].name.strip_prefix("sine")?)));
-    let amplitude = |(s, rest): (usize, &str)| {
-        let is_partner = |k: &usize| free[*k].name.strip_prefix("cosine") == Some(rest);
-        let c = (0..free.len()).filter(own).find(is_partner)?;
-        let of = |values: &[f64]| values[s].hypot(values[c]);
-        let value = of(&fit.values);
-        if value == 0.0 {
-            return None;
-        }
-        let gradient = [(s, fit.values[s] / value), (c, fit.values[c] / value)];
-        let half = NORMAL_975 * fit.standard_error(&gradient).max(folds.scatter(&of).unwrap_or(0.0));
-        let ci95 = [(value - half).max(0.0), value + half];
-        let twin = free[s].neutral.hypot(free[c].neutral);
-        Some((format!("amplitude{rest}"), Parameter { value, ci95, unit: free[s].unit.to_string(), twin }))
+    let places = |part: &str| -> Option<Vec<usize>> {
+        let place = |wave: &Wave| {
+            let is_it = |number: &Free| {
+                let named = number.effect.name() == wave.effect && number.freedom == Freedom::Cause;
+                named && number.name.strip_prefix(part) == Some(wave.rest)
+            };
+            free.iter().position(is_it)
+        };
+        waves.iter().map(place).collect()
     };
-    sines.filter_map(amplitude).collect()
+    let (sines, cosines) = (places("sine")?, places("cosine")?);
+    let of = |fit: &Fit| {
+        let sum = |places: &[usize]| places.iter().map(|&k| fit.values[k]).sum::<f64>();
+        let (sine, cosine) = (sum(&sines), sum(&cosines));
+        let value = sine.hypot(cosine);
+        let slope = |part: f64| if value > 0.0 { part / value } else { 0.0 };
+        let gradient = sines.iter().map(|&k| (k, slope(sine)));
+        let gradient: Vec<_> = gradient.chain(cosines.iter().map(|&k| (k, slope(cosine)))).collect();
+        Estimate { value, standard_error: fit.standard_error(&gradient) }
+    };
+    let whole = of(fit);
+    let value = whole.value;
+    let half = NORMAL_975 * whole.standard_error.max(folds.scatter(whole, &of).unwrap_or(0.0));
+    let neutral = |places: &[usize]| places.iter().map(|&k| free[k].neutral).sum::<f64>();
+    let twin = neutral(&sines).hypot(neutral(&cosines));
+    let unit = free[*sines.first()?].unit.to_string();
+    (value != 0.0).then(|| Parameter { value, ci95: [(value - half).max(0.0), value + half], unit, twin })
 }

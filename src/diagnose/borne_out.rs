@@ -11,9 +11,6 @@ use super::selection::Search;
 use crate::effect::EffectId;
 use crate::error::Result;
 
-/// Amplitudes of second harmonics: the pitch of a wave is that of its first one.
-const SECOND_HARMONIC: &str = "amplitude_2";
-
 impl Search<'_> {
     /// Takes out of the chosen explanation what the training runs do not bear out, where the rest leaves little.
     ///
@@ -28,13 +25,13 @@ impl Search<'_> {
     pub(super) fn keep_what_is_borne_out(&self, found: &mut Found, before: &Score) -> Result<()> {
         while !found.effects().is_empty() {
             let fit = &found.candidates[found.chosen].fit;
-            let folds = Folds::of(self.machine, fit, self.training, [&self.floors.common; 2])?;
-            let open: Vec<EffectId> = found
-                .effects()
-                .iter()
-                .copied()
-                .filter(|effect| !is_borne_out(fit, &folds, *effect))
-                .collect();
+            if !found.folds.contains_key(&found.chosen) {
+                let folds = Folds::of(self.machine, fit, self.training, &self.floors.common)?;
+                found.folds.insert(found.chosen, folds);
+            }
+            let folds = &found.folds[&found.chosen];
+            let open: Vec<EffectId> =
+                found.effects().iter().copied().filter(|effect| !is_borne_out(fit, folds, *effect)).collect();
             // Two may stand for one another, so that neither is superfluous beside the other: all of them go, or one.
             let one = open.iter().map(|effect| self.without(found.effects(), [*effect]));
             let sets = one.chain([self.without(found.effects(), open.iter().copied())]);
@@ -52,23 +49,21 @@ impl Search<'_> {
     /// The best of these sets of effects that leaves little.
     fn sufficient(&self, found: &mut Found, sets: &[EffectSet], before: &Score) -> Result<Option<usize>> {
         let indices = self.explored(found, sets)?;
-        let is_sufficient = |k: &usize| {
-            let evidence = found.evidence(*k, before, self.floors.common.is_measured());
-            found.is_resolved(*k) && evidence.leaves_little(self.limits)
-        };
-        let sufficient: Vec<usize> = indices.into_iter().filter(is_sufficient).collect();
+        let noise_is_measured = self.floors.common.is_measured();
+        let sufficient: Vec<usize> =
+            indices.into_iter().filter(|&k| found.is_sufficient(k, before, noise_is_measured)).collect();
         Ok(found.best_of(&sufficient))
     }
 }
 
-/// Whether the interval of one of an effect's numbers leaves out the twin's own value.
+/// Whether the interval of one of an effect's numbers leaves out the twin's own value; of waves, that of one amplitude: the first wave of
+/// half a pitch cannot be told from the second one of the whole pitch, and its own second one is certain nevertheless.
 fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
     let waves = amplitudes(fit, folds, effect);
     if !waves.is_empty() {
-        let mut first = waves.iter().filter(|(key, _)| !key.starts_with(SECOND_HARMONIC));
-        return first.any(|(_, amplitude)| amplitude.ci95[0] > amplitude.twin);
+        return waves.values().any(|amplitude| amplitude.ci95[0] > amplitude.twin);
     }
-    let errors = folds.widened(&fit.standard_errors);
+    let errors = folds.widened(fit);
     let free = &fit.hypothesis.free;
     let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause && !free[*k].held;
     let mut numbers = (0..free.len()).filter(own).filter(|&k| !free[k].neutral.is_nan()).peekable();
@@ -83,17 +78,37 @@ fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
 mod tests {
     use super::*;
     use crate::diagnose::found::tests::{COULOMB, candidate};
+    use crate::diagnose::hypothesis::Free;
+    use nalgebra::{DMatrix, DVector};
 
     /// A size of 1 ± 0.1 is borne out by runs that agree on it, and not by runs of which each says another one.
     #[test]
     fn exact_runs_that_disagree_do_not_bear_out_an_effect() {
         let fit = candidate(&[COULOMB], 1.0, 1.0).fit;
-        let folds =
-            |values: [f64; 3]| Folds { predicted_closed: 1.0, values: values.map(|v| vec![v]).into() };
-        assert!(is_borne_out(&fit, &folds([0.9, 1.0, 1.1]), COULOMB));
-        assert!(!is_borne_out(&fit, &folds([0.2, 1.0, 1.8]), COULOMB));
+        let folds = |values: &[f64]| {
+            let fits = values.iter().map(|value| candidate(&[COULOMB], *value, 1.0).fit).collect();
+            Folds { fits }
+        };
+        assert!(is_borne_out(&fit, &folds(&[0.9, 1.0, 1.1]), COULOMB));
+        assert!(!is_borne_out(&fit, &folds(&[0.2, 1.0, 1.8]), COULOMB));
         // Two runs have no scatter to speak of: the interval of the fit holds.
-        let two = Folds { predicted_closed: 1.0, values: vec![vec![0.2], vec![1.8]] };
-        assert!(is_borne_out(&fit, &two, COULOMB));
+        assert!(is_borne_out(&fit, &folds(&[0.2, 1.8]), COULOMB));
+    }
+
+    /// A wave whose first harmonic is uncertain is borne out by its second one.
+    #[test]
+    fn exact_one_certain_amplitude_bears_out_a_wave() {
+        let effect = EffectId::Cogging;
+        let wave = |errors: [f64; 2]| {
+            let mut fit = candidate(&[effect], 1.0, 1.0).fit;
+            let number = fit.hypothesis.free[0].clone();
+            let names = ["sine_n", "cosine_n", "sine_2_n", "cosine_2_n"];
+            fit.hypothesis.free = names.map(|name| Free { name, ..number.clone() }).into();
+            fit.values = vec![1.0, 0.0, 1.0, 0.0];
+            let [first, second] = errors.map(|error: f64| error * error);
+            fit.covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![first, first, second, second]));
+            is_borne_out(&fit, &Folds { fits: vec![] }, effect)
+        };
+        assert!(wave([0.1, 2.0]) && wave([2.0, 0.1]) && !wave([2.0, 2.0]));
     }
 }

@@ -1,11 +1,12 @@
 //! From the search to the verdict.
 
-use super::amplitude::amplitudes;
+use super::amplitude::{amplitude_of_sum, amplitudes};
 use super::evidence::{Closed, Score, closed};
 use super::experiment::Experiment;
 use super::fit::Fit;
 use super::folds::Folds;
 use super::found::{Candidate, Found, price};
+use super::harmonic;
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;
 use super::parameter::{NORMAL_975, Parameter};
@@ -19,8 +20,8 @@ use crate::recording::Signal;
 use crate::twin::Sensing;
 use std::collections::BTreeMap;
 
-/// The named causes, most closing first.
-pub fn causes(found: &Found, before: &Score, folds: &Folds) -> Vec<Cause> {
+/// The named causes, most closing first, and the effects that are harmonics of one of them.
+pub fn causes(found: &Found, before: &Score, folds: &Folds) -> (Vec<Cause>, Vec<String>) {
     let chosen = &found.candidates[found.chosen];
     let total = closed(before, &chosen.score).value;
     let contributions = contributions(found, before, total);
@@ -45,7 +46,8 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> Vec<Cause> {
         })
         .collect();
     causes.sort_by(|a, b| b.closes.total_cmp(&a.closes));
-    causes
+    let harmonics = harmonic::fold(&mut causes, &|waves| amplitude_of_sum(&chosen.fit, folds, waves));
+    (causes, harmonics)
 }
 
 /// Share of the gap that each chosen effect closes: the mean of what it closes alone and what its absence

@@ -2,7 +2,9 @@
 //!
 //! One pure function of the evidence and the grounds for withholding. Every verdict passes here: nothing else sets one.
 
+use super::evidence::ADEQUATE_GAP;
 use super::grounds::{Grounds, Withheld};
+use super::noise::STATED_NOISE;
 use serde::{Deserialize, Serialize};
 
 /// What a diagnosis comes to.
@@ -31,16 +33,24 @@ impl Verdict {
     }
 }
 
-/// The limits of the decision.
+/// The limits of the decision, in the search and at its end.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Posterior probability from which something is decided.
     pub probability: f64,
     /// Share of the gap's power up to which it may stay open where the noise was seen in the recording, ten times as much where it is
-    /// only stated. A thousandth is 3 % of the amplitude, as stated constants and the form of a law are known.
+    /// only stated; what closes that much is worth naming. A thousandth is 3 % of the amplitude, as stated constants and the form of a
+    /// law are known.
     pub open_share: f64,
     /// What may stay open of a gap that is closed to nine tenths, as a multiple of the noise: less need not be named.
     pub small_gap: f64,
+}
+
+impl Limits {
+    /// Log-odds of the probability that decides: what one explanation must have over another to be taken in its place.
+    pub fn log_odds(&self) -> f64 {
+        (self.probability / (1.0 - self.probability)).ln()
+    }
 }
 
 impl Default for Limits {
@@ -49,14 +59,8 @@ impl Default for Limits {
     }
 }
 
-/// Up to this gap nothing is left that noise would not leave: noise that was measured is known to 0.15 (logarithmic standard
-/// deviation), and 1.25 is e^(1.5·0.15).
-pub const ADEQUATE_GAP: f64 = 1.25;
 /// Share of a gap from which it is closed for the most part.
 pub const LARGELY_CLOSED: f64 = 0.9;
-/// Noise that is only stated is known to 0.5 (logarithmic standard deviation): its power may be e^(2·1.15) = 10 times what is stated,
-/// at 2.3 standard deviations.
-pub const STATED_NOISE: f64 = 10.0;
 
 /// What the evidence comes to for the most probable explanation.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -23,28 +23,38 @@ const MORE_DAMPING: f64 = 20.0;
 /// Smallest element of the diagonal that damps: a parameter that the data do not determine stays where it is.
 const SMALLEST_DIAGONAL: f64 = 1e-12;
 
-/// Where a descent ended: values, and the residuals there.
+/// Where a descent ended.
 pub(super) struct Arrived {
     pub(super) values: Vec<f64>,
+    /// The residuals there.
     pub(super) residuals: DVector<f64>,
+    /// Their derivatives, where the last step took them there.
+    pub(super) jacobian: Option<DMatrix<f64>>,
 }
 
-/// Descends from a start until a step falls no further.
+/// Descends from a start until a step falls no further, at most so many steps.
 ///
 /// # Errors
 /// A setting of a run that the machine does not have.
-pub(super) fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -> Result<Arrived> {
+pub(super) fn descend(
+    objective: &Objective,
+    mut values: Vec<f64>,
+    care: Care,
+    iterations: usize,
+) -> Result<Arrived> {
     let free = &objective.hypothesis.free;
     let mut residuals = objective.residuals(&values)?;
     let mut damping = FIRST_DAMPING;
     if free.is_empty() {
-        return Ok(Arrived { values, residuals });
+        return Ok(Arrived { values, residuals, jacobian: None });
     }
-    for _ in 0..care.iterations() {
+    let mut last = None;
+    for _ in 0..iterations {
         let weights = objective.weights(&residuals);
         let cost = objective.cost(&residuals, &weights, &values);
         let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
+        last = Some(jacobian);
         let model = Model { free, values: &values, normal, gradient };
         let fall = model.step(SMALLEST_DAMPING).map(|step| model.fall(&step));
         if fall.is_some_and(|fall| fall <= care.arrived() * cost) {
@@ -72,7 +82,7 @@ pub(super) fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -
             damping *= MORE_DAMPING;
         }
         let Some((moved, trial, fall)) = next else { break };
-        (values, residuals) = (moved, trial);
+        (values, residuals, last) = (moved, trial, None);
         // A narrow valley, in which numbers compensate each other, is walked along only by a step that is hardly
         // damped: a fit has arrived when that one falls no further.
         let arrived = fall <= care.arrived();
@@ -81,7 +91,7 @@ pub(super) fn descend(objective: &Objective, mut values: Vec<f64>, care: Care) -
         }
         damping = if arrived { SMALLEST_DAMPING } else { (damping * LESS_DAMPING).max(SMALLEST_DAMPING) };
     }
-    Ok(Arrived { values, residuals })
+    Ok(Arrived { values, residuals, jacobian: last })
 }
 
 /// Two steps differ where their difference is longer than this share of either.

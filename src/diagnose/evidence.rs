@@ -147,6 +147,11 @@ impl Score {
         self.mean_square().sqrt()
     }
 
+    /// Whether nothing is left that noise would not leave.
+    pub fn is_adequate(&self) -> bool {
+        self.gap() <= ADEQUATE_GAP
+    }
+
     /// Mean square per signal.
     fn levels(&self, weights: Option<&[f64]>) -> Vec<(Signal, f64)> {
         let signal = |(channel, level)| match channel {
@@ -288,8 +293,11 @@ pub struct Closed {
     pub ci95: (f64, f64),
 }
 
-/// An excess of the mean square over its floor below this is the floor's own uncertainty.
-pub const LEAST_EXCESS: f64 = 0.1;
+/// Up to this gap nothing is left that noise would not leave: noise that was measured is known to 0.15 (logarithmic standard
+/// deviation), and 1.25 is e^(1.5·0.15).
+pub const ADEQUATE_GAP: f64 = 1.25;
+/// Share from which something is most of what there is.
+pub const MOST: f64 = 0.5;
 /// Draws of the block bootstrap.
 const DRAWS: usize = 400;
 
@@ -297,7 +305,7 @@ const DRAWS: usize = 400;
 ///
 /// Where noise alone accounts for what was there before, nothing is there to close and the share is zero.
 pub fn closed(before: &Score, after: &Score) -> Closed {
-    if before.mean_square() < 1.0 + LEAST_EXCESS {
+    if before.is_adequate() {
         return Closed { value: 0.0, ci95: (0.0, 0.0) };
     }
     let share = |weights: Option<&[f64]>| {

@@ -107,7 +107,8 @@ const DESCENTS: usize = 3;
 /// Fits a hypothesis to training runs from its starts, or from `warm` alone, and keeps the best.
 ///
 /// # Model
-/// Of several starts, those that already replay best are descended from. Levenberg–Marquardt between bounds. Residuals far outside their own spread count
+/// Of several starts, those that already replay best are descended from, and after a few steps of a rough fit the best of them goes on (successive
+/// halving: K. Jamieson, A. Talwalkar, AISTATS 2016). Levenberg–Marquardt between bounds. Residuals far outside their own spread count
 /// linearly (Huber). Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples,
 /// which holds for autocorrelated and uneven residuals alike.
 ///
@@ -126,20 +127,28 @@ pub fn fit(
         Some(values) => vec![inside(hypothesis, values)],
         None => promising(&objective)?,
     };
+    let is_race = starts.len() > 1 && matches!(care, Care::Rough(_));
+    let first = if is_race { RACED } else { care.iterations() };
     let mut best: Option<(f64, Arrived)> = None;
     for start in starts {
-        let arrived = descend(&objective, start, care)?;
+        let arrived = descend(&objective, start, care, first)?;
         let size = objective.size(&arrived.residuals);
         if best.as_ref().is_none_or(|(least, _)| size < *least) {
             best = Some((size, arrived));
         }
     }
     let arrived = match best {
+        Some((_, leader)) if is_race && leader.jacobian.is_none() => {
+            descend(&objective, leader.values, care, care.iterations() - RACED)?
+        }
         Some((_, arrived)) => arrived,
-        None => Arrived { values: Vec::new(), residuals: objective.residuals(&[])? },
+        None => Arrived { values: Vec::new(), residuals: objective.residuals(&[])?, jacobian: None },
     };
     finish(&objective, arrived, care)
 }
+
+/// Steps after which a rough fit goes on from the best of its starts alone.
+const RACED: usize = 2;
 
 /// Of several starts, those whose replays come closest. One run ranks them, the one that goes farthest and so passes the most places;
 /// the descents from the best of them see all runs.
@@ -172,8 +181,12 @@ fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
 /// Blocks of consecutive samples for the sandwich, over all runs together at least.
 const BLOCKS: usize = 40;
 
-fn finish(objective: &Objective, Arrived { values, residuals }: Arrived, care: Care) -> Result<Fit> {
-    let jacobian = objective.jacobian(&values, &residuals, care.known())?;
+fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
+    let Arrived { values, residuals, jacobian } = arrived;
+    let jacobian = match jacobian {
+        Some(jacobian) => jacobian,
+        None => objective.jacobian(&values, &residuals, care.known())?,
+    };
     let count = values.len();
     let weights = objective.weights(&residuals);
     let (weight, _) = objective.hypothesis.prior(&values);
@@ -221,7 +234,7 @@ fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
 const ROUNDING: f64 = 1e-14;
 
 /// Probability with which an effect that is not there shows.
-const SIGNIFICANCE: f64 = 0.05;
+pub(super) const SIGNIFICANCE: f64 = 0.05;
 
 /// Whether an effect's parameters, at these places, differ from the twin's beyond chance, one of them or all together (Wald's test);
 /// `covariance` is in units of their scales.

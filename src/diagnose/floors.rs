@@ -5,7 +5,7 @@ use super::experiment::{Experiment, HeldOut, Training};
 use super::fit::Fit;
 use super::hypothesis::{EffectSet, Hypothesis};
 use super::motion;
-use super::noise::{BORNE_OUT, Floor};
+use super::noise::{Floor, STATED_NOISE};
 use super::proposals::Proposals;
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -56,7 +56,7 @@ impl Floors {
         let twin = fit.machine(machine)?;
         if let Some(own) = self.own(&fit.hypothesis.effects) {
             let quiet = Score::of(&without_noise(machine, fit)?, runs, own)?;
-            if quiet.quietest() >= BORNE_OUT * BORNE_OUT {
+            if STATED_NOISE * quiet.quietest() >= 1.0 {
                 return Ok((Score::with_own_floor(&twin, runs, [own, &self.common])?, true));
             }
         }

@@ -1,6 +1,6 @@
 //! Each training run left out in turn: what the others say of it, and how far that differs from run to run.
 
-use super::evidence::{LEAST_EXCESS, Score};
+use super::evidence::{ADEQUATE_GAP, Score};
 use super::experiment::Training;
 use super::fit::{Care, Fit, fit};
 use super::noise::Floor;
@@ -8,12 +8,20 @@ use crate::error::Result;
 use crate::machine::Machine;
 use rayon::prelude::*;
 
-/// What fits to all training runs but one come to.
+/// A hypothesis fitted without each training run in turn.
+#[derive(Debug, Clone)]
 pub struct Folds {
-    /// Closed share that they predict for the runs left out. A single training run can only predict itself.
-    pub predicted_closed: f64,
-    /// The hypothesis' numbers without each training run in turn.
-    pub values: Vec<Vec<f64>>,
+    /// The fits; of a single training run, the one to it.
+    pub fits: Vec<Fit>,
+}
+
+/// A quantity as a fit tells it.
+#[derive(Debug, Clone, Copy)]
+pub struct Estimate {
+    /// Its value.
+    pub value: f64,
+    /// Its standard error.
+    pub standard_error: f64,
 }
 
 /// Fewer runs leave no scatter to speak of.
@@ -28,84 +36,127 @@ fn student(freedom: usize) -> f64 {
 }
 
 impl Folds {
-    /// Fits the hypothesis again without each training run in turn.
+    /// Fits a hypothesis again without each training run in turn.
     ///
-    /// # Model
-    /// With θ₍ᵢ₎ fitted without run i of n, the jackknife's variance is (n − 1)/n · Σ (θ₍ᵢ₎ − θ̄)². Unlike an interval from the
-    /// residuals of one fit, it also knows what a law that is only nearly right puts into a number, as far as that differs
-    /// from run to run.
-    ///
-    /// # Source
-    /// B. Efron, *The Jackknife, the Bootstrap and Other Resampling Plans*, SIAM 1982, chapter 3.
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub fn of(machine: &Machine, chosen: &Fit, training: &Training, floor: &Floor) -> Result<Self> {
+        let fold = |left_out: usize| match training.leaving_out(left_out) {
+            None => Ok(chosen.clone()),
+            Some((rest, _)) => {
+                fit(machine, &chosen.hypothesis, &rest, floor, Some(&chosen.values), Care::Thorough)
+            }
+        };
+        let fits: Result<Vec<Fit>> = (0..training.runs().len()).into_par_iter().map(fold).collect();
+        Ok(Self { fits: fits? })
+    }
+
+    /// Closed share that they predict for the runs left out. A single training run can only predict itself.
     ///
     /// The twin as it is is judged by the common noise floor, the hypothesis by its own.
     ///
     /// # Errors
     /// Whatever a replay refuses.
-    pub fn of(
+    pub fn predicted_closed(
+        &self,
         machine: &Machine,
-        chosen: &Fit,
         training: &Training,
         [common, own]: [&Floor; 2],
-    ) -> Result<Self> {
-        let fold = |left_out: usize| -> Result<(Vec<f64>, [f64; 2])> {
-            let (values, judge) = match training.leaving_out(left_out) {
-                None => (chosen.values.clone(), training.resubstituted()),
-                Some((rest, judge)) => {
-                    let warm = Some(chosen.values.as_slice());
-                    let fitted = fit(machine, &chosen.hypothesis, &rest, common, warm, Care::Thorough)?;
-                    (fitted.values, judge)
-                }
+    ) -> Result<f64> {
+        let judged = |(left_out, fit): (usize, &Fit)| -> Result<[f64; 2]> {
+            let judge = match training.leaving_out(left_out) {
+                None => training.resubstituted(),
+                Some((_, judge)) => judge,
             };
             let before = Score::of(machine, &judge, common)?.mean_square();
-            let after = Score::of(&chosen.hypothesis.machine(machine, &values)?, &judge, own)?.mean_square();
-            Ok((values, [before, after]))
+            Ok([before, Score::of(&fit.machine(machine)?, &judge, own)?.mean_square()])
         };
-        let runs = 0..training.runs().len();
-        let folds: Vec<(Vec<f64>, [f64; 2])> = runs.into_par_iter().map(fold).collect::<Result<_>>()?;
-        let mean = |k: usize| folds.iter().map(|(_, squares)| squares[k]).sum::<f64>() / folds.len() as f64;
-        let excess = mean(0) - 1.0;
-        let closed = (1.0 - (mean(1) - 1.0) / excess).min(1.0);
-        let predicted_closed = if excess > LEAST_EXCESS { closed } else { 0.0 };
-        Ok(Self { predicted_closed, values: folds.into_iter().map(|(values, _)| values).collect() })
+        let squares: Vec<[f64; 2]> = self.fits.par_iter().enumerate().map(judged).collect::<Result<_>>()?;
+        let mean = |k: usize| squares.iter().map(|squares| squares[k]).sum::<f64>() / squares.len() as f64;
+        let closed = (1.0 - (mean(1) - 1.0) / (mean(0) - 1.0)).min(1.0);
+        Ok(if mean(0).sqrt() > ADEQUATE_GAP { closed } else { 0.0 })
     }
 
-    /// The larger of the standard errors given and those of the scatter.
-    pub fn widened(&self, standard_errors: &[f64]) -> Vec<f64> {
-        let wide = |(k, own): (usize, &f64)| own.max(self.scatter(&|values| values[k]).unwrap_or(0.0));
-        standard_errors.iter().enumerate().map(wide).collect()
+    /// Standard errors of a fit's values: its own, or those of the scatter where they are larger.
+    pub fn widened(&self, fit: &Fit) -> Vec<f64> {
+        let wide = |k: usize| {
+            let of = |fit: &Fit| Estimate { value: fit.values[k], standard_error: fit.standard_errors[k] };
+            fit.standard_errors[k].max(self.scatter(of(fit), &of).unwrap_or(0.0))
+        };
+        (0..fit.values.len()).map(wide).collect()
     }
 
-    /// Standard error of a quantity by the jackknife, times what Student's t has over the normal distribution for so few
-    /// runs; none below [`LEAST_RUNS`].
-    pub fn scatter(&self, of: &dyn Fn(&[f64]) -> f64) -> Option<f64> {
-        let runs = self.values.len();
-        if runs < LEAST_RUNS {
+    /// Standard error of a quantity by how far runs disagree about it, times what Student's t has over the normal distribution for so
+    /// few runs; none below [`LEAST_RUNS`].
+    ///
+    /// # Model
+    /// With θ₍ᵢ₎ ± s₍ᵢ₎ without run i of n, and θ ± s of all, the jackknife's variance is (n − 1)/n · Σ (θ₍ᵢ₎ − θ)². Unlike an interval
+    /// from the residuals of one fit, it also knows what a law that is only nearly right puts into a number, as far as that differs from
+    /// run to run. Runs that agree leave θ₍ᵢ₎ − θ a variance of s₍ᵢ₎² − s², which is s²/(n − 1) where all tell the same: where run i tells more, what the
+    /// others say without it differs for want of data, and counts by the ratio of the two.
+    ///
+    /// # Source
+    /// B. Efron, *The Jackknife, the Bootstrap and Other Resampling Plans*, SIAM 1982, chapter 3. The variance of the difference of an
+    /// estimate and an efficient one: J. A. Hausman (1978), *Specification tests in econometrics*, Econometrica 46:1251.
+    pub fn scatter(&self, whole: Estimate, of: &dyn Fn(&Fit) -> Estimate) -> Option<f64> {
+        let runs = self.fits.len() as f64;
+        if self.fits.len() < LEAST_RUNS {
             return None;
         }
-        let all: Vec<f64> = self.values.iter().map(|values| of(values)).collect();
-        let mean = all.iter().sum::<f64>() / runs as f64;
-        let squares: f64 = all.iter().map(|value| (value - mean).powi(2)).sum();
-        Some(student(runs - 1) * ((runs as f64 - 1.0) / runs as f64 * squares).sqrt())
+        let usual = whole.standard_error.powi(2) / (runs - 1.0);
+        let squares = self.fits.iter().map(|fit| {
+            let fold = of(fit);
+            let own = fold.standard_error.powi(2) - whole.standard_error.powi(2);
+            let weight = if own > usual { usual / own } else { 1.0 };
+            weight * (fold.value - whole.value).powi(2)
+        });
+        Some(student(self.fits.len() - 1) * ((runs - 1.0) / runs * squares.sum::<f64>()).sqrt())
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::found::tests::{COULOMB, candidate};
+
+    /// A fit of one number.
+    fn one(value: f64, standard_error: f64) -> Fit {
+        let fit = candidate(&[COULOMB], value, 1.0).fit;
+        Fit { standard_errors: vec![standard_error], ..fit }
+    }
+
+    fn folds(fits: Vec<Fit>) -> Folds {
+        Folds { fits }
+    }
 
     /// Of a mean, the jackknife's standard error is the textbook one: s/√n.
     #[test]
     fn exact_jackknife_of_a_mean_is_its_standard_error() {
         let sample = [1.0, 4.0, 2.0, 9.0];
         let total: f64 = sample.iter().sum();
-        let values = sample.iter().map(|left_out| vec![(total - left_out) / 3.0, 7.0]).collect();
-        let folds = Folds { predicted_closed: 1.0, values };
         let variance = sample.iter().map(|x| (x - total / 4.0_f64).powi(2)).sum::<f64>() / 3.0;
-        let own = folds.scatter(&|values| values[0]).unwrap();
-        assert!((own - student(3) * (variance / 4.0).sqrt()).abs() < 1e-12);
+        let error = (variance / 4.0).sqrt();
+        let without = |x: &f64| one((total - x) / 3.0, error * (4.0_f64 / 3.0).sqrt());
+        let folds = folds(sample.iter().map(without).collect());
+        let widened = |own: f64| folds.widened(&one(total / 4.0, own))[0];
+        assert!((widened(error) - student(3) * error).abs() < 1e-12);
         // Whichever is larger: that of the residuals, or that of the scatter.
-        assert_eq!(folds.widened(&[0.1, 0.3]), [own, 0.3]);
+        assert_eq!(widened(100.0), 100.0);
+    }
+
+    /// Of three runs one tells nearly all: what the others say without it is as far off as they are uncertain, and is no disagreement.
+    /// The same distance beside a small uncertainty is one.
+    #[test]
+    fn exact_what_is_uncertain_for_want_of_data_is_no_disagreement() {
+        let widened = |alone: f64| {
+            let fits = vec![one(1.0, 0.1), one(1.0, 0.1), one(3.0, alone)];
+            folds(fits).widened(&one(1.0, 0.1))[0]
+        };
+        let plain = student(2) * (2.0_f64 / 3.0 * 4.0).sqrt();
+        assert!((widened(0.1) - plain).abs() < 1e-12);
+        // Variances: 0.01/2 is usual, 4 − 0.01 is what is lacking.
+        assert!((widened(2.0) - plain * (0.005_f64 / 3.99).sqrt()).abs() < 1e-12);
+        assert_eq!(widened(4.0), 0.1);
     }
 
     #[test]
@@ -117,7 +168,7 @@ mod tests {
 
     #[test]
     fn exact_two_runs_have_no_scatter() {
-        let folds = Folds { predicted_closed: 1.0, values: vec![vec![1.0], vec![2.0]] };
-        assert_eq!((folds.scatter(&|values| values[0]), folds.widened(&[0.1])), (None, vec![0.1]));
+        let folds = folds(vec![one(1.0, 0.1), one(2.0, 0.1)]);
+        assert_eq!(folds.widened(&one(1.5, 0.1)), [0.1]);
     }
 }

@@ -1,10 +1,13 @@
 //! Higher harmonics of what repeats along the axis: found as a further pitch, told as part of the first one.
 
+use super::amplitude::Wave;
 use super::cause::{Cause, Harmonic};
 use super::parameter::Parameter;
 
-/// Harmonics from this order on are no parameters of the law with the pitch itself.
-const FIRST_ORDER: f64 = 3.0;
+/// The lowest harmonic.
+const FIRST_ORDER: f64 = 2.0;
+/// Harmonics below this order are parameters of the law with the pitch itself.
+const FIRST_FURTHER: u32 = 3;
 /// And up to this one: beyond it unrelated pitches come near a whole ratio by chance.
 const LAST_ORDER: f64 = 12.0;
 /// A ratio so near to a whole number is one: unrelated pitches come as near once in fifty times, harmonics are the rule.
@@ -20,17 +23,24 @@ const WIDEST: f64 = 0.05;
 /// Makes causes that are harmonics of another one of their group part of that one, and returns their effects.
 ///
 /// # Model
-/// A further pitch p′ is the n-th harmonic of the pitch p where p/p′ is a whole number n, 3 ≤ n ≤ 12, within its 95 % interval (taken
+/// A further pitch p′ is the n-th harmonic of the pitch p where p/p′ is a whole number n, 2 ≤ n ≤ 12, within its 95 % interval (taken
 /// as at least 0.01 and at most 0.05; as 0.1 where its amplitude is less than a tenth of the whole's). The force of magnets and slots has all harmonics of its pitch; that another source has a
 /// pitch in such a ratio is a coincidence.
-pub fn fold(causes: &mut Vec<Cause>) -> Vec<String> {
+///
+/// Of half a pitch, the first wave is one with the second harmonic that the law itself has, and its own second one is the fourth:
+/// `summed` gives the amplitude of waves of one period.
+pub fn fold(causes: &mut Vec<Cause>, summed: &dyn Fn(&[Wave]) -> Option<Parameter>) -> Vec<String> {
     let mut folded = Vec::new();
     while let Some((part, whole, order)) = harmonic(causes) {
         let Cause { effect, closes, parameters, amplitudes, .. } = causes.remove(part);
         let whole = &mut causes[if part < whole { whole - 1 } else { whole }];
         whole.closes += closes;
         for (key, amplitude) in amplitudes {
-            whole.amplitudes.insert(key_of_order(&key, order), amplitude);
+            let (own, key) = (rest(&key), key_of_order(&key, order));
+            let is_of_law = whole.amplitudes.contains_key(&key) && order < FIRST_FURTHER;
+            let of_law = Wave { effect: &whole.effect, rest: rest(&key) };
+            let both = is_of_law.then(|| summed(&[of_law, Wave { effect: &effect, rest: own }])).flatten();
+            whole.amplitudes.insert(key, both.unwrap_or(amplitude));
         }
         folded.push(effect.clone());
         whole.harmonics.push(Harmonic { order, effect, parameters });
@@ -79,11 +89,16 @@ fn order(whole: &Parameter, part: &Parameter, least: f64) -> Option<(u32, f64)> 
 /// `amplitude_n` and `amplitude_2_n` of a harmonic as amplitudes of the whole: `amplitude_3_n` and `amplitude_6_n`, without the unit where
 /// they have none.
 fn key_of_order(key: &str, order: u32) -> String {
-    let rest = key.strip_prefix("amplitude").unwrap_or(key);
+    let rest = rest(key);
     match rest.strip_prefix("_2") {
         Some(unit) => format!("amplitude_{}{unit}", 2 * order),
         None => format!("amplitude_{order}{rest}"),
     }
+}
+
+/// What a key has after `amplitude`.
+fn rest(key: &str) -> &str {
+    key.strip_prefix("amplitude").unwrap_or(key)
 }
 
 #[cfg(test)]
@@ -114,6 +129,25 @@ mod tests {
         }
     }
 
+    fn fold(causes: &mut Vec<Cause>) -> Vec<String> {
+        super::fold(causes, &|_| None)
+    }
+
+    /// Half a pitch beside the pitch: its first wave and the second harmonic are one, its second wave is the fourth.
+    #[test]
+    fn exact_half_a_pitch_is_its_second_and_fourth_harmonic() {
+        let mut causes = vec![pitch("cogging", 0.024, 0.9), pitch("second_cogging", 0.012, 0.02)];
+        let both = |waves: &[Wave]| {
+            let pairs: Vec<(&str, &str)> = waves.iter().map(|wave| (wave.effect, wave.rest)).collect();
+            assert_eq!(pairs, [("cogging", "_2_n"), ("second_cogging", "_n")]);
+            Some(parameter(0.5, 0.1))
+        };
+        assert_eq!(super::fold(&mut causes, &both), ["second_cogging"]);
+        let sizes: Vec<(&str, f64)> =
+            causes[0].amplitudes.iter().map(|(key, a)| (key.as_str(), a.value)).collect();
+        assert_eq!(sizes, [("amplitude_2_n", 0.5), ("amplitude_4_n", 0.02), ("amplitude_n", 0.9)]);
+    }
+
     #[test]
     fn exact_amplitudes_of_a_harmonic_are_those_of_the_whole() {
         let keys =
@@ -142,7 +176,7 @@ mod tests {
 
     #[test]
     fn exact_a_pitch_of_its_own_stays_one() {
-        for period in [0.012, 0.0078, 0.0171, 0.036] {
+        for period in [0.0124, 0.0078, 0.0171, 0.036] {
             let mut causes = vec![pitch("cogging", 0.024, 0.9), pitch("second_cogging", period, 0.3)];
             assert!(fold(&mut causes).is_empty() && causes.len() == 2, "{period}");
         }

@@ -149,7 +149,7 @@ fn diagnose_after(
             found = ready.search(options, Some(&found))?;
         }
     }
-    if ready.before.mean_square() < 1.0 + evidence::LEAST_EXCESS || found.calibration_settles() {
+    if found.is_quiet(&ready.before) {
         // The held-out runs show no gap, or none beyond the tolerances that a cause explains overwhelmingly better.
         found.settle(&ready.before);
     }
@@ -232,15 +232,13 @@ impl<'a> Ready<'a> {
         options: &Options,
     ) -> Result<Diagnosis> {
         let floor = self.floor_of(&found.candidates[found.chosen]);
-        let chosen = &mut found.candidates[found.chosen];
-        let folds = Folds::of(self.machine, &chosen.fit, &self.training, [&self.floors.common, floor])?;
-        chosen.fit.standard_errors = folds.widened(&chosen.fit.standard_errors);
-        let (found, predicted) = (&found, folds.predicted_closed);
+        let floors = [&self.floors.common, floor];
+        let folds = self.widen_errors(&mut found)?;
+        let predicted = folds.predicted_closed(self.machine, &self.training, floors)?;
+        let found = &found;
         let chosen = &found.candidates[found.chosen];
         let improved = chosen.fit.machine(self.machine)?;
-        let mut causes = conclude::causes(found, &self.before, &folds);
-        let harmonics = harmonic::fold(&mut causes);
-        let floors = [&self.floors.common, floor];
+        let (mut causes, harmonics) = conclude::causes(found, &self.before, &folds);
         let prove = || prove::rigid_body([self.machine, &improved], self.held_out.runs(), floors);
         let rigid_body = if causes.is_empty() { None } else { prove() };
         let (verdict, withheld) = self.decide(found, floor, &options.limits, rigid_body.as_ref());
@@ -293,6 +291,18 @@ impl<'a> Ready<'a> {
         })
     }
 
+    /// Widens the standard errors of the chosen explanation by how far the training runs disagree; the fits without each of them.
+    fn widen_errors(&self, found: &mut Found) -> Result<Folds> {
+        let known = found.folds.remove(&found.chosen);
+        let fit = &mut found.candidates[found.chosen].fit;
+        let folds = match known {
+            Some(folds) => folds,
+            None => Folds::of(self.machine, fit, &self.training, &self.floors.common)?,
+        };
+        fit.standard_errors = folds.widened(fit);
+        Ok(folds)
+    }
+
     /// The shape of what stays open; none where noise is all that is left.
     fn left(
         &self,
@@ -301,7 +311,7 @@ impl<'a> Ready<'a> {
         improved: &Machine,
         floor: &Floor,
     ) -> Result<Option<shape::Shape>> {
-        if verdict == Verdict::NoGap || gap <= decide::ADEQUATE_GAP {
+        if verdict == Verdict::NoGap || gap <= evidence::ADEQUATE_GAP {
             return Ok(None);
         }
         shape::shape(improved, self.held_out.runs(), floor).map(Some)

@@ -42,9 +42,10 @@ pub struct Floor {
     is_measured: bool,
 }
 
-/// Noise seen at standstill bears out the noise stated where it is at least this share of it: a stuck axis is quieter than a
-/// moving one.
-pub(super) const BORNE_OUT: f64 = 1.0 / 3.0;
+/// Noise that is only stated is known to 0.5 (logarithmic standard deviation): its power may be e^(2·1.15) = 10 times what is stated, or a
+/// tenth, at 2.3 standard deviations. Noise seen at standstill bears out the stated one where it is no less than that: a stuck axis is
+/// quieter than a moving one.
+pub const STATED_NOISE: f64 = 10.0;
 /// Floors this close in RMS are the same.
 const SAME_FLOOR: f64 = 0.1;
 /// Fraction of a signal's RMS below which a floor would only measure rounding of numbers.
@@ -85,7 +86,7 @@ impl Floor {
                 .unwrap_or((ASSUMED_FRACTION * size, Source::Assumed));
             let seen = repeated.or(still).map_or(0.0, |(sigma, _)| sigma);
             // A signal that is zero throughout says nothing of its noise, and has no gap either.
-            is_measured &= own_size == 0.0 || seen >= BORNE_OUT * level.0;
+            is_measured &= own_size == 0.0 || STATED_NOISE * seen * seen >= level.0 * level.0;
             levels.insert(signal, level);
         }
         let profiles = declared.profiles(&levels);
@@ -206,7 +207,7 @@ impl Floor {
     }
 
     /// Whether the noise of every signal was seen in the recording and not only stated: in repeats, or at standstill as at least
-    /// a third of what is stated.
+    /// a tenth of the power that is stated.
     pub fn is_measured(&self) -> bool {
         self.is_measured
     }

@@ -27,6 +27,24 @@ impl Found {
         }
     }
 
+    /// Whether all effects of a candidate show, and little is left.
+    pub(super) fn is_sufficient(&self, index: usize, before: &Score, noise_is_measured: bool) -> bool {
+        let evidence = self.evidence(index, before, noise_is_measured);
+        self.is_resolved(index) && evidence.leaves_little(&self.limits)
+    }
+
+    /// Whether besides what the chosen explanation closes more is not worth naming, or what is left is a small gap.
+    pub(super) fn leaves_nothing_to_name(
+        &self,
+        index: usize,
+        before: &Score,
+        noise_is_measured: bool,
+    ) -> bool {
+        let is_small = self.candidates[index].score.gap() <= self.limits.small_gap;
+        self.is_sufficient(index, before, noise_is_measured)
+            && (is_small || !self.loses_ground(index, before))
+    }
+
     /// Posterior probability that an effect acts.
     pub(super) fn probability_of(&self, effect: EffectId) -> f64 {
         self.probability(&EffectSet::from([effect]))
@@ -76,8 +94,8 @@ mod tests {
         let mut found = found(all, 1);
         assert_eq!([2, 3].map(|k| found.is_refinement(k, &before)), [false, true]);
         found.posterior = posterior(&found, &before);
-        let folds = Folds { predicted_closed: 1.0, values: vec![] };
-        let causes = conclude::causes(&found, &before, &folds);
+        let folds = Folds { fits: vec![] };
+        let (causes, _) = conclude::causes(&found, &before, &folds);
         assert_eq!(causes[0].confusable_with, ["load_dependent_friction"]);
         // One effect with two numbers, that leaves a little less, is a detail of one with a single number.
         let more = found.candidates[2].fit.hypothesis.free[0].clone();
@@ -105,6 +123,20 @@ mod tests {
         assert_eq!(certain([&[COULOMB, BACKLASH], &[delay], &[COULOMB]], [0.4, 0.4, 0.2]), None);
     }
 
+    /// Beside a gap of 100 × noise, what is certain and leaves 2.9 is told as the cause, whatever closes the rest. Where it leaves 3.1, an effect that
+    /// closes half of that is worth naming, be it uncertain which one it is, and one that closes less is not.
+    #[test]
+    fn exact_what_is_certain_is_told_where_the_rest_need_not_be_named() {
+        let before = Score::even(1e4);
+        let told = |certain: f64, all: f64| {
+            let of = |effects: &[EffectId], gap: f64| candidate(effects, 1.0, gap * gap);
+            let all = vec![of(&[], 100.0), of(&[COULOMB], certain), of(&[COULOMB, BACKLASH], all)];
+            found(all, 2).leaves_nothing_to_name(1, &before, true)
+        };
+        assert!(told(2.9, 1.3) && !told(3.1, 1.3) && told(3.1, 2.6));
+        assert!(!told(40.0, 39.0));
+    }
+
     /// What predicts far better and was not chosen for other reasons is no equal of what was.
     #[test]
     fn exact_what_predicts_far_better_is_not_confusable() {
@@ -117,8 +149,8 @@ mod tests {
         ];
         let mut found = found(all, 1);
         found.posterior = posterior(&found, &before);
-        let folds = Folds { predicted_closed: 1.0, values: vec![] };
-        assert!(conclude::causes(&found, &before, &folds)[0].confusable_with.is_empty());
+        let folds = Folds { fits: vec![] };
+        assert!(conclude::causes(&found, &before, &folds).0[0].confusable_with.is_empty());
         let rivals = rivals::open_rivals(&found, true);
         assert!(rivals.iter().all(|rival| rival.weight.is_finite()));
     }

@@ -1,6 +1,6 @@
 //! The proof on another plant: the gap before and after, once more in the rigid-body scene.
 
-use super::evidence::{Closed, LEAST_EXCESS, Score, closed};
+use super::evidence::{Closed, MOST, Score, closed};
 use super::experiment::Experiment;
 use super::json;
 use super::noise::Floor;
@@ -35,13 +35,10 @@ pub struct RigidBody {
     pub runs: Vec<String>,
 }
 
-/// An explanation that surely closes less than this share in the scene is not the one.
-const LEAST_CLOSED: f64 = 0.5;
-
 impl RigidBody {
-    /// Whether the upper end of the interval lies below one half.
+    /// Whether it surely closes less than most of the gap: the upper end of the interval lies below one half.
     pub fn has_failed(&self) -> bool {
-        self.closed_ci95[1] < LEAST_CLOSED
+        self.closed_ci95[1] < MOST
     }
 }
 
@@ -71,7 +68,7 @@ pub fn rigid_body(
     let after = replayed.split_off(chosen.len());
     let [before, after] =
         [(&replayed, floors[0]), (&after, floors[1])].map(|(t, floor)| Score::of_traces(&chosen, t, floor));
-    if before.mean_square() < 1.0 + LEAST_EXCESS {
+    if before.is_adequate() {
         return None;
     }
     let Closed { value, ci95 } = closed(&before, &after);

@@ -1,6 +1,6 @@
 //! The signal path cut at every logged signal: which stretch of it disagrees with the twin.
 
-use super::evidence::LEAST_EXCESS;
+use super::evidence::ADEQUATE_GAP;
 use super::experiment::Experiment;
 use super::motion::Motion;
 use super::noise::Floor;
@@ -62,8 +62,8 @@ pub fn segments(machines: [&Machine; 2], experiments: &[Experiment], floor: &Flo
 /// Shares of the excess over noise; a stretch that stands alone has everything.
 fn shares(sums: &[(String, f64, f64)]) -> Vec<Share> {
     let excess = |&(_, own, noise): &(String, f64, f64)| {
-        let excess = own / noise.max(f64::MIN_POSITIVE) - 1.0;
-        if own > 0.0 && excess > LEAST_EXCESS { excess.min(LARGEST) } else { 0.0 }
+        let level = own / noise.max(f64::MIN_POSITIVE);
+        if own > 0.0 && level.sqrt() > ADEQUATE_GAP { (level - 1.0).min(LARGEST) } else { 0.0 }
     };
     let total: f64 = sums.iter().map(excess).sum();
     let share = |sum| match sums.len() {

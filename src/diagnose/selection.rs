@@ -7,7 +7,7 @@ use super::evidence::Score;
 use super::experiment::{HeldOut, Training};
 use super::fit::{Care, Fit, fit};
 use super::floors::Floors;
-use super::found::{Base, Candidate, Found, LEAST_GAIN, posterior};
+use super::found::{Base, Candidate, Found, posterior};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified, with_modified};
 use super::motion;
 use super::proposals::{Proposals, members};
@@ -62,6 +62,8 @@ impl Search<'_> {
             not_borne_out: EffectSet::new(),
             stated: stated.collect(),
             bases: BTreeMap::new(),
+            folds: BTreeMap::new(),
+            limits: *self.limits,
         };
         let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
         (self.progress)(Progress::Asked(nothing.iter().len()));
@@ -77,7 +79,7 @@ impl Search<'_> {
         self.converge(&mut found, before, LEAST_SHARE)?;
         // Which explanations count beside the chosen one depends on it.
         for _ in 0..MOST_EFFECTS {
-            let Some(decided) = found.decided(before, self.limits.probability) else { break };
+            let Some(decided) = found.decided(before) else { break };
             found.chosen = decided;
             found.posterior = posterior(&found, before);
         }
@@ -148,15 +150,14 @@ impl Search<'_> {
         Ok(better.is_some())
     }
 
-    /// Takes what of the chosen explanation is certain, where that by itself leaves little.
+    /// Takes what of the chosen explanation is certain, where that by itself leaves nothing that need be named.
     fn settle_for_certain(&self, found: &mut Found, before: &Score) -> Result<()> {
         if found.probability(found.effects()) >= self.limits.probability {
             return Ok(());
         }
         let Some(certain) = found.certain(self.machine, self.limits.probability) else { return Ok(()) };
         let Some(&index) = self.explored(found, &[certain])?.first() else { return Ok(()) };
-        let evidence = found.evidence(index, before, self.floors.common.is_measured());
-        if found.is_resolved(index) && evidence.leaves_little(self.limits) {
+        if found.leaves_nothing_to_name(index, before, self.floors.common.is_measured()) {
             found.chosen = index;
         }
         found.posterior = posterior(found, before);
@@ -254,7 +255,7 @@ impl Search<'_> {
             .iter()
             .copied()
             .filter(|&k| !found.candidates[k].thorough)
-            .filter(|&k| smaller(k) || found.likelihood(k) > own + LEAST_GAIN)
+            .filter(|&k| smaller(k) || found.likelihood(k) > own + self.limits.log_odds())
             .collect();
         open.sort_by(|&a, &b| found.merit(b).total_cmp(&found.merit(a)));
         open.dedup();
@@ -400,7 +401,7 @@ impl Search<'_> {
             .collect();
         let best = found.best_of(&rivals).filter(|&best| {
             found.is_sound(best)
-                && found.merit(best) > found.merit(found.chosen) + LEAST_GAIN
+                && found.merit(best) > found.merit(found.chosen) + self.limits.log_odds()
                 && !found.loses_ground(best, before)
         });
         if let Some(best) = best {

@@ -5,6 +5,7 @@
 
 mod residual;
 
+use super::evidence::ADEQUATE_GAP;
 use super::experiment::Experiment;
 use super::motion::Motion;
 use super::visibility::NotExamined;
@@ -59,8 +60,6 @@ impl Cut {
     }
 }
 
-/// A residual this far above what noise makes of it still counts as noise.
-const AS_NOISE: f64 = 1.15;
 /// A stretch whose noise is above this share of what the closed loop is off by cannot be judged by it.
 const SHARP: f64 = 0.2;
 /// A stretch whose residual is below this share of what the closed loop is off by is not where that comes from.
@@ -96,7 +95,7 @@ pub fn clean(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Cut>> 
     let is_clean = |(_, sums): &(&Cut, &Sums)| {
         // Noise hides nothing that matters only where it is far below what the closed loop is off by.
         let sharp = sums.made <= SHARP * SHARP * sums.closed_loop;
-        let noise = sharp && sums.measured <= AS_NOISE * AS_NOISE * sums.made;
+        let noise = sharp && sums.measured <= ADEQUATE_GAP * ADEQUATE_GAP * sums.made;
         let negligible = sums.measured <= NEGLIGIBLE * NEGLIGIBLE * sums.closed_loop;
         sums.runs == experiments.len() && (noise || negligible)
     };

@@ -2,7 +2,9 @@
 
 use super::page::{Part, command as unbroken};
 use crate::diagnose::Diagnosis;
-use crate::diagnose::decide::{ADEQUATE_GAP, LARGELY_CLOSED, Limits, STATED_NOISE};
+use crate::diagnose::decide::{LARGELY_CLOSED, Limits};
+use crate::diagnose::evidence::ADEQUATE_GAP;
+use crate::diagnose::noise::STATED_NOISE;
 use crate::report::figure::escape;
 use crate::report::stretches;
 
