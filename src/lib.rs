@@ -73,6 +73,7 @@ pub mod recording;
 pub mod replay;
 pub mod report;
 pub mod sensor;
+mod singular;
 pub mod solid;
 pub mod trial;
 pub mod tune;

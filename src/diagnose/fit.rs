@@ -10,6 +10,7 @@ use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use crate::singular::decomposed;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -224,8 +225,7 @@ fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
     let count = normal.nrows();
     let size = |k: usize| if normal[(k, k)] > 0.0 { normal[(k, k)].sqrt() } else { 1.0 };
     let correlation = DMatrix::from_fn(count, count, |a, b| normal[(a, b)] / (size(a) * size(b)));
-    let sound = correlation.iter().all(|x| x.is_finite());
-    let inverse = sound.then(|| correlation.pseudo_inverse(ROUNDING).ok()).flatten();
+    let inverse = decomposed(correlation).and_then(|parts| parts.pseudo_inverse(ROUNDING).ok());
     let inverse = inverse.unwrap_or_else(|| DMatrix::zeros(count, count));
     DMatrix::from_fn(count, count, |a, b| inverse[(a, b)] / (size(a) * size(b)))
 }

@@ -27,6 +27,9 @@ const WIDEST: f64 = 0.05;
 /// as at least 0.01 and at most 0.05; as 0.1 where its amplitude is less than a tenth of the whole's). The force of magnets and slots has all harmonics of its pitch; that another source has a
 /// pitch in such a ratio is a coincidence.
 ///
+/// Of a further pitch whose second wave is larger than its first one, that wave is what may be a harmonic; the first one takes up what other
+/// harmonics leave.
+///
 /// Of half a pitch, the first wave is one with the second harmonic that the law itself has, and its own second one is the fourth:
 /// `summed` gives the amplitude of waves of one period.
 pub fn fold(causes: &mut Vec<Cause>, summed: &dyn Fn(&[Wave]) -> Option<Parameter>) -> Vec<String> {
@@ -36,21 +39,22 @@ pub fn fold(causes: &mut Vec<Cause>, summed: &dyn Fn(&[Wave]) -> Option<Paramete
         let whole = &mut causes[if part < whole { whole - 1 } else { whole }];
         whole.closes += closes;
         for (key, amplitude) in amplitudes {
-            let (own, key) = (rest(&key), key_of_order(&key, order));
-            let is_of_law = whole.amplitudes.contains_key(&key) && order < FIRST_FURTHER;
+            let own = rest(&key);
+            let Some(key) = order.key(&key) else { continue };
+            let is_of_law = whole.amplitudes.contains_key(&key) && order.order < FIRST_FURTHER;
             let of_law = Wave { effect: &whole.effect, rest: rest(&key) };
             let both = is_of_law.then(|| summed(&[of_law, Wave { effect: &effect, rest: own }])).flatten();
             whole.amplitudes.insert(key, both.unwrap_or(amplitude));
         }
         folded.push(effect.clone());
-        whole.harmonics.push(Harmonic { order, effect, parameters });
+        whole.harmonics.push(Harmonic { order: order.order, effect, parameters });
     }
     causes.sort_by(|a, b| b.closes.total_cmp(&a.closes));
     folded
 }
 
 /// A cause that is a harmonic of another one, that one, and the order: the pair whose ratio is nearest to a whole number.
-fn harmonic<'a>(causes: &'a [Cause]) -> Option<(usize, usize, u32)> {
+fn harmonic<'a>(causes: &'a [Cause]) -> Option<(usize, usize, Order)> {
     let group = |cause: &'a Cause| cause.group.as_deref().unwrap_or(&cause.effect);
     let pairs = (0..causes.len()).flat_map(|part| (0..causes.len()).map(move |whole| (part, whole)));
     // The pitch that its law has by itself stays, whatever it is a part of.
@@ -59,7 +63,8 @@ fn harmonic<'a>(causes: &'a [Cause]) -> Option<(usize, usize, u32)> {
     });
     let orders = pairs.filter_map(|(part, whole)| {
         let least = if is_small(&causes[part], &causes[whole]) { WHOLE_IF_SMALL } else { WHOLE };
-        let (order, off) = order(period(&causes[whole])?, period(&causes[part])?, least)?;
+        let (order, off) = order(period(&causes[whole])?, period(&causes[part])?, least, 1)
+            .or_else(|| doubled(&causes[whole], &causes[part], least))?;
         Some((part, whole, order, off))
     });
     let nearest = orders.min_by(|a, b| a.3.total_cmp(&b.3));
@@ -75,25 +80,46 @@ fn is_small(part: &Cause, whole: &Cause) -> bool {
     largest(part) < SMALL * largest(whole)
 }
 
-/// The order of a part of a whole and how far the ratio is off it, `least` being how far it may always be.
-fn order(whole: &Parameter, part: &Parameter, least: f64) -> Option<(u32, f64)> {
+/// What a part is of a whole: the wave of this number of the part is the harmonic of this order.
+#[derive(Clone, Copy)]
+struct Order {
+    wave: u32,
+    order: u32,
+}
+
+impl Order {
+    /// A part's `amplitude_n` and `amplitude_2_n` as amplitudes of the whole: of a third harmonic `amplitude_3_n` and `amplitude_6_n`, without
+    /// the unit where they have none. None of the first wave where only the second one is a harmonic.
+    fn key(self, key: &str) -> Option<String> {
+        let rest = rest(key);
+        match (rest.strip_prefix("_2"), self.wave) {
+            (Some(unit), 1) => Some(format!("amplitude_{}{unit}", 2 * self.order)),
+            (Some(unit), _) => Some(format!("amplitude_{}{unit}", self.order)),
+            (None, 1) => Some(format!("amplitude_{}{rest}", self.order)),
+            (None, _) => None,
+        }
+    }
+}
+
+/// The order of a part whose second wave is the larger one: its pitch is twice what it says.
+fn doubled(whole: &Cause, part: &Cause, least: f64) -> Option<(Order, f64)> {
+    let size = |is_second: bool| {
+        let own = part.amplitudes.iter().filter(|(key, _)| rest(key).starts_with("_2") == is_second);
+        own.map(|(_, amplitude)| amplitude.value).fold(0.0, f64::max)
+    };
+    if size(true) > size(false) { order(period(whole)?, period(part)?, least, 2) } else { None }
+}
+
+/// The order of a wave of a part of a whole and how far the ratio is off it, `least` being how far it may always be.
+fn order(whole: &Parameter, part: &Parameter, least: f64, wave: u32) -> Option<(Order, f64)> {
     let share = |p: &Parameter| 0.5 * (p.ci95[1] - p.ci95[0]) / p.value;
-    let ratio = whole.value / part.value;
+    let ratio = f64::from(wave) * whole.value / part.value;
     let half = ratio * share(whole).hypot(share(part));
     let order = ratio.round();
     let off = (ratio - order).abs();
     let is_whole = off <= half.clamp(least, WIDEST.max(least));
-    ((FIRST_ORDER..=LAST_ORDER).contains(&order) && is_whole).then_some((order as u32, off))
-}
-
-/// `amplitude_n` and `amplitude_2_n` of a harmonic as amplitudes of the whole: `amplitude_3_n` and `amplitude_6_n`, without the unit where
-/// they have none.
-fn key_of_order(key: &str, order: u32) -> String {
-    let rest = rest(key);
-    match rest.strip_prefix("_2") {
-        Some(unit) => format!("amplitude_{}{unit}", 2 * order),
-        None => format!("amplitude_{order}{rest}"),
-    }
+    let order_of_wave = Order { wave, order: order as u32 };
+    ((FIRST_ORDER..=LAST_ORDER).contains(&order) && is_whole).then_some((order_of_wave, off))
 }
 
 /// What a key has after `amplitude`.
@@ -148,10 +174,29 @@ mod tests {
         assert_eq!(sizes, [("amplitude_2_n", 0.5), ("amplitude_4_n", 0.02), ("amplitude_n", 0.9)]);
     }
 
+    /// Two thirds of a pitch, of which the second wave is the larger one: that is the third harmonic. Where the first one is larger it is a pitch of
+    /// its own.
+    #[test]
+    fn exact_the_larger_wave_is_the_harmonic() {
+        let folded = |second: f64| {
+            let mut part = pitch("second_cogging", 0.016, 0.02);
+            part.amplitudes.insert("amplitude_2_n".to_owned(), parameter(second, 0.0));
+            let mut causes = vec![pitch("cogging", 0.024, 0.9), part];
+            let folded = fold(&mut causes);
+            (folded, causes.remove(0).amplitudes)
+        };
+        let (effects, amplitudes) = folded(0.05);
+        assert_eq!(effects, ["second_cogging"]);
+        let keys: Vec<&String> = amplitudes.keys().collect();
+        assert_eq!(keys, ["amplitude_2_n", "amplitude_3_n", "amplitude_n"]);
+        assert!((amplitudes["amplitude_3_n"].value - 0.05).abs() < 1e-15);
+        assert!(folded(0.01).0.is_empty());
+    }
+
     #[test]
     fn exact_amplitudes_of_a_harmonic_are_those_of_the_whole() {
-        let keys =
-            ["amplitude_n", "amplitude_2_n", "amplitude", "amplitude_2"].map(|key| key_of_order(key, 3));
+        let keys = ["amplitude_n", "amplitude_2_n", "amplitude", "amplitude_2"]
+            .map(|key| Order { wave: 1, order: 3 }.key(key).unwrap());
         assert_eq!(keys, ["amplitude_3_n", "amplitude_6_n", "amplitude_3", "amplitude_6"]);
     }
 

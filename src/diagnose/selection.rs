@@ -150,14 +150,17 @@ impl Search<'_> {
         Ok(better.is_some())
     }
 
-    /// Takes what of the chosen explanation is certain, where that by itself leaves nothing that need be named.
+    /// Takes what of the chosen explanation is certain, where that by itself leaves nothing that need be named, or where all of it leaves too much
+    /// for a cause: what is found in part has to be certain.
     fn settle_for_certain(&self, found: &mut Found, before: &Score) -> Result<()> {
         if found.probability(found.effects()) >= self.limits.probability {
             return Ok(());
         }
         let Some(certain) = found.certain(self.machine, self.limits.probability) else { return Ok(()) };
         let Some(&index) = self.explored(found, &[certain])?.first() else { return Ok(()) };
-        if found.leaves_nothing_to_name(index, before, self.floors.common.is_measured()) {
+        let measured = self.floors.common.is_measured();
+        let is_in_part = found.is_resolved(index) && !found.is_sufficient(found.chosen, before, measured);
+        if is_in_part || found.leaves_nothing_to_name(index, before, measured) {
             found.chosen = index;
         }
         found.posterior = posterior(found, before);

@@ -12,6 +12,7 @@ use super::least_squares::{Estimate, student_quantile};
 use super::nonlinear::{Solution, Unknown, solve};
 use super::{check, polynomial};
 use crate::error::{Error, ErrorKind, Result};
+use crate::singular::decomposed;
 
 /// Most poles of a structure.
 pub const MOST_POLES: usize = 6;
@@ -375,7 +376,7 @@ impl<'a> Problem<'a> {
                 let right = measured * s.powu(poles as u32) * factor;
                 (target[2 * k], target[2 * k + 1]) = (right.re, right.im);
             }
-            let solution = matrix.svd(true, true).solve(&target, f64::EPSILON).ok()?;
+            let solution = decomposed(matrix)?.solve(&target, f64::EPSILON).ok()?;
             let next: Vec<f64> = solution.iter().copied().collect();
             if next.iter().any(|x| !x.is_finite()) {
                 return None;

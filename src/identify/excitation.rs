@@ -1,6 +1,7 @@
 //! Does the signal move enough to determine what is asked?
 
-use nalgebra::{DMatrix, SVD};
+use crate::singular::decomposed;
+use nalgebra::DMatrix;
 use serde::Serialize;
 
 use super::check;
@@ -13,8 +14,6 @@ use crate::error::{Error, ErrorKind, Result};
 pub const CONDITION_LIMIT: f64 = 1e8;
 /// Components of the weak direction below this share are left out of the sentence.
 const NEGLIGIBLE_COMPONENT: f64 = 0.05;
-/// Iterations after which a singular value decomposition of a small triangle has failed.
-const LARGEST_SVD_ITERATIONS: usize = 10_000;
 
 /// What an identifier answers: the model, or that these data cannot tell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -90,8 +89,7 @@ impl Excitation {
     pub(super) fn of_triangle(triangle: DMatrix<f64>) -> Result<Self> {
         let failed =
             || Error::new(ErrorKind::Undetermined).found("a regressor whose singular values do not converge");
-        let svd =
-            SVD::try_new(triangle, false, true, f64::EPSILON, LARGEST_SVD_ITERATIONS).ok_or_else(failed)?;
+        let svd = decomposed(triangle).ok_or_else(failed)?;
         let directions = svd.v_t.ok_or_else(failed)?;
         let weak_direction = directions.row(directions.nrows() - 1).iter().copied().collect();
         Ok(Self { singular_values: svd.singular_values.iter().copied().collect(), weak_direction })

@@ -3,7 +3,8 @@
 use super::gauge::Gauge;
 use super::real::{Acting, Real};
 use crate::effect::{EffectId, Machinery, Prior};
-use nalgebra::{DMatrix, DVector, SVD};
+use crate::singular::decomposed;
+use nalgebra::{DMatrix, DVector};
 
 /// Constants inside their tolerances, linearised at the case's machine.
 ///
@@ -30,8 +31,6 @@ const LARGEST_PROBE: f64 = 1e-2;
 /// A column of which others leave less than this share is theirs.
 const LEAST_OWN: f64 = 1e-9;
 const SWEEPS: usize = 200;
-/// A decomposition converges in a few iterations a column.
-const MOST_SVD_ITERATIONS: usize = 10_000;
 
 impl Calibration {
     /// The constants of a machine that have a tolerance, and the numbers of effects that its twin states.
@@ -124,8 +123,8 @@ fn solved(gram: &DMatrix<f64>, right: &DVector<f64>, fixed: &[Option<f64>]) -> D
     let held = |k: usize| (0..fixed.len()).filter_map(|j| Some(gram[(k, j)] * fixed[j]?)).sum::<f64>();
     let wanted = DVector::from_fn(free.len(), |a, _| (right[free[a]] - held(free[a])) / scale(free[a]));
     // Columns that are one another's multiples share what they explain.
-    let sound = own.iter().chain(wanted.iter()).all(|x| x.is_finite());
-    let parts = sound.then(|| SVD::try_new(own, true, true, f64::EPSILON, MOST_SVD_ITERATIONS)).flatten();
+    let sound = wanted.iter().all(|x| x.is_finite());
+    let parts = sound.then(|| decomposed(own)).flatten();
     if let Some(Ok(found)) = parts.map(|parts| parts.solve(&wanted, 1e-13)) {
         free.iter().zip(found.iter()).for_each(|(&k, value)| solution[k] = value / scale(k));
     }

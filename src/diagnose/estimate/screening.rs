@@ -2,6 +2,7 @@
 
 use super::orthonormal::orthonormal;
 use crate::effect::Constants;
+use crate::singular::decomposed;
 use crate::solid::Weight;
 use crate::units::Motion;
 use nalgebra::{DMatrix, DVector};
@@ -188,7 +189,7 @@ impl Screen {
         }
         let matrix = DMatrix::from_fn(moving.len(), columns.len(), |r, c| columns[c][moving[r]] / scale[c]);
         let target = DVector::from_iterator(moving.len(), moving.iter().map(|&k| self.missing_force[k]));
-        let solution = matrix.svd(true, true).solve(&target, 1e-6).ok()?;
+        let solution = decomposed(matrix)?.solve(&target, 1e-6).ok()?;
         Some(solution.iter().zip(&scale).map(|(value, s)| value / s).collect())
     }
 

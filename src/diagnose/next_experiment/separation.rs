@@ -6,6 +6,7 @@ use crate::diagnose::hypothesis::Freedom;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use crate::singular::decomposed;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -100,7 +101,8 @@ impl Refit {
         if !(norm.is_finite() && self.energy.is_finite()) {
             return None;
         }
-        let inverse = self.normal.clone().pseudo_inverse(1e-12 * norm.max(f64::MIN_POSITIVE)).ok()?;
+        let inverse =
+            decomposed(self.normal.clone())?.pseudo_inverse(1e-12 * norm.max(f64::MIN_POSITIVE)).ok()?;
         let moved = -(inverse * &self.gradient);
         Some((0.5 * (self.energy + self.gradient.dot(&moved)).max(0.0), moved))
     }

@@ -6,6 +6,7 @@ use crate::diagnose::ordinates::around;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use crate::singular::decomposed;
 use crate::twin::Sensing;
 use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 use rayon::prelude::*;
@@ -104,7 +105,8 @@ pub fn without(samples: &[f64], frequencies: &[f64], period_s: f64) -> Vec<f64> 
     });
     let target = DVector::from_column_slice(samples);
     // Frequencies that two runs share are there twice: the pseudo-inverse takes them as one.
-    let Ok(solution) = matrix.clone().svd(true, true).solve(&target, 1e-9) else { return samples.to_vec() };
+    let solution = decomposed(matrix.clone()).and_then(|parts| parts.solve(&target, 1e-9).ok());
+    let Some(solution) = solution else { return samples.to_vec() };
     let sines = matrix.columns(2, columns - 2) * solution.rows(2, columns - 2);
     samples.iter().zip(&sines).map(|(sample, sine)| sample - sine).collect()
 }
