@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Every module of the crate; one may import from itself and from those before it.
-const ORDER: [&str; 23] = [
+const ORDER: [&str; 24] = [
     "error",
     "confine",
+    "singular",
     "whole",
     "units",
     "recording",
