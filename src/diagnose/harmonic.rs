@@ -44,7 +44,11 @@ pub fn fold(causes: &mut Vec<Cause>, summed: &dyn Fn(&[Wave]) -> Option<Paramete
             let is_of_law = whole.amplitudes.contains_key(&key) && order.order < FIRST_FURTHER;
             let of_law = Wave { effect: &whole.effect, rest: rest(&key) };
             let both = is_of_law.then(|| summed(&[of_law, Wave { effect: &effect, rest: own }])).flatten();
-            whole.amplitudes.insert(key, both.unwrap_or(amplitude));
+            // Two parts may have a wave of one order: the larger one is told.
+            let is_larger = |known: &Parameter| known.value > amplitude.value;
+            if both.is_some() || !whole.amplitudes.get(&key).is_some_and(is_larger) {
+                whole.amplitudes.insert(key, both.unwrap_or(amplitude));
+            }
         }
         folded.push(effect.clone());
         whole.harmonics.push(Harmonic { order: order.order, effect, parameters });
