@@ -1,7 +1,7 @@
 //! Amplitudes of what repeats along the axis.
 
 use super::fit::Fit;
-use super::folds::{Estimate, Folds};
+use super::folds::{Folds, Uncertain};
 use super::hypothesis::{Free, Freedom};
 use super::parameter::{NORMAL_975, Parameter};
 use crate::effect::EffectId;
@@ -10,12 +10,12 @@ use std::collections::BTreeMap;
 /// Amplitudes of an effect's waves, by the names of their sines: `amplitude_n` beside `sine_n` and `cosine_n`.
 pub fn amplitudes(fit: &Fit, folds: &Folds, effect: EffectId) -> BTreeMap<String, Parameter> {
     let own = fit.hypothesis.free.iter().filter(|free| free.effect == effect);
-    let rests = own.filter_map(|free| free.name.strip_prefix("sine"));
-    let amplitude = |rest: &str| {
-        let wave = Wave { effect: effect.name(), rest };
-        Some((format!("amplitude{rest}"), amplitude_of_sum(fit, folds, &[wave])?))
+    let suffixes = own.filter_map(|free| free.name.strip_prefix("sine"));
+    let amplitude = |suffix: &str| {
+        let wave = Wave { effect: effect.name(), suffix };
+        Some((format!("amplitude{suffix}"), amplitude_of_sum(fit, folds, &[wave])?))
     };
-    rests.filter_map(amplitude).collect()
+    suffixes.filter_map(amplitude).collect()
 }
 
 /// One wave of an effect.
@@ -24,7 +24,7 @@ pub struct Wave<'a> {
     /// Name of the effect.
     pub effect: &'a str,
     /// What the names of its sine, cosine and amplitude have after these words: order and unit.
-    pub rest: &'a str,
+    pub suffix: &'a str,
 }
 
 /// Amplitude of the sum of waves of one period; none where that is zero or one of them is missing.
@@ -39,7 +39,7 @@ pub fn amplitude_of_sum(fit: &Fit, folds: &Folds, waves: &[Wave]) -> Option<Para
         let place = |wave: &Wave| {
             let is_it = |number: &Free| {
                 let named = number.effect.name() == wave.effect && number.freedom == Freedom::Cause;
-                named && number.name.strip_prefix(part) == Some(wave.rest)
+                named && number.name.strip_prefix(part) == Some(wave.suffix)
             };
             free.iter().position(is_it)
         };
@@ -53,7 +53,7 @@ pub fn amplitude_of_sum(fit: &Fit, folds: &Folds, waves: &[Wave]) -> Option<Para
         let slope = |part: f64| if value > 0.0 { part / value } else { 0.0 };
         let gradient = sines.iter().map(|&k| (k, slope(sine)));
         let gradient: Vec<_> = gradient.chain(cosines.iter().map(|&k| (k, slope(cosine)))).collect();
-        Estimate { value, standard_error: fit.standard_error(&gradient) }
+        Uncertain { value, standard_error: fit.standard_error(&gradient) }
     };
     let whole = of(fit);
     let value = whole.value;

@@ -108,8 +108,8 @@ const DESCENTS: usize = 3;
 /// Fits a hypothesis to training runs from its starts, or from `warm` alone, and keeps the best.
 ///
 /// # Model
-/// Of several starts, those that already replay best are descended from, and after a few steps of a rough fit the best of them goes on (successive
-/// halving: K. Jamieson, A. Talwalkar, AISTATS 2016). Levenberg–Marquardt between bounds. Residuals far outside their own spread count
+/// Of several starts, those that already replay best are descended from, and after a few steps of a rough fit only the best of them goes
+/// on. Levenberg–Marquardt between bounds. Residuals far outside their own spread count
 /// linearly (Huber). Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples,
 /// which holds for autocorrelated and uneven residuals alike.
 ///
@@ -148,7 +148,7 @@ pub fn fit(
     finish(&objective, arrived, care)
 }
 
-/// Steps after which a rough fit goes on from the best of its starts alone.
+/// Steps after which a rough fit goes on from the best of its starts alone: a choice of cost. A start that is overtaken later is lost.
 const RACED: usize = 2;
 
 /// Of several starts, those whose replays come closest. One run ranks them, the one that goes farthest and so passes the most places;

@@ -15,9 +15,9 @@ pub struct Folds {
     pub fits: Vec<Fit>,
 }
 
-/// A quantity as a fit tells it.
+/// A quantity of a fit, with its uncertainty.
 #[derive(Debug, Clone, Copy)]
-pub struct Estimate {
+pub struct Uncertain {
     /// Its value.
     pub value: f64,
     /// Its standard error.
@@ -80,7 +80,7 @@ impl Folds {
     /// Standard errors of a fit's values: its own, or those of the scatter where they are larger.
     pub fn widened(&self, fit: &Fit) -> Vec<f64> {
         let wide = |k: usize| {
-            let of = |fit: &Fit| Estimate { value: fit.values[k], standard_error: fit.standard_errors[k] };
+            let of = |fit: &Fit| Uncertain { value: fit.values[k], standard_error: fit.standard_errors[k] };
             fit.standard_errors[k].max(self.scatter(of(fit), &of).unwrap_or(0.0))
         };
         (0..fit.values.len()).map(wide).collect()
@@ -95,10 +95,14 @@ impl Folds {
     /// run to run. Runs that agree leave θ₍ᵢ₎ − θ a variance of s₍ᵢ₎² − s², which is s²/(n − 1) where all tell the same: where run i tells more, what the
     /// others say without it differs for want of data, and counts by the ratio of the two.
     ///
+    /// # Validity
+    /// s and s₍ᵢ₎ are sandwich errors, of fits that are not efficient where residuals are correlated: then s₍ᵢ₎² − s² is only about that
+    /// variance. A weight is never more than one, so that the jackknife's own error is the most that comes out.
+    ///
     /// # Source
     /// B. Efron, *The Jackknife, the Bootstrap and Other Resampling Plans*, SIAM 1982, chapter 3. The variance of the difference of an
     /// estimate and an efficient one: J. A. Hausman (1978), *Specification tests in econometrics*, Econometrica 46:1251.
-    pub fn scatter(&self, whole: Estimate, of: &dyn Fn(&Fit) -> Estimate) -> Option<f64> {
+    pub fn scatter(&self, whole: Uncertain, of: &dyn Fn(&Fit) -> Uncertain) -> Option<f64> {
         let runs = self.fits.len() as f64;
         if self.fits.len() < LEAST_RUNS {
             return None;

@@ -39,11 +39,11 @@ pub fn fold(causes: &mut Vec<Cause>, summed: &dyn Fn(&[Wave]) -> Option<Paramete
         let whole = &mut causes[if part < whole { whole - 1 } else { whole }];
         whole.closes += closes;
         for (key, amplitude) in amplitudes {
-            let own = rest(&key);
+            let own = suffix(&key);
             let Some(key) = order.key(&key) else { continue };
             let is_of_law = whole.amplitudes.contains_key(&key) && order.order < FIRST_FURTHER;
-            let of_law = Wave { effect: &whole.effect, rest: rest(&key) };
-            let both = is_of_law.then(|| summed(&[of_law, Wave { effect: &effect, rest: own }])).flatten();
+            let of_law = Wave { effect: &whole.effect, suffix: suffix(&key) };
+            let both = is_of_law.then(|| summed(&[of_law, Wave { effect: &effect, suffix: own }])).flatten();
             // Two parts may have a wave of one order: the larger one is told.
             let is_larger = |known: &Parameter| known.value > amplitude.value;
             if both.is_some() || !whole.amplitudes.get(&key).is_some_and(is_larger) {
@@ -84,7 +84,7 @@ fn is_small(part: &Cause, whole: &Cause) -> bool {
     largest(part) < SMALL * largest(whole)
 }
 
-/// What a part is of a whole: the wave of this number of the part is the harmonic of this order.
+/// Which wave of a part, its first or its second one, is a harmonic of the whole, and of which order.
 #[derive(Clone, Copy)]
 struct Order {
     wave: u32,
@@ -95,20 +95,20 @@ impl Order {
     /// A part's `amplitude_n` and `amplitude_2_n` as amplitudes of the whole: of a third harmonic `amplitude_3_n` and `amplitude_6_n`, without
     /// the unit where they have none. None of the first wave where only the second one is a harmonic.
     fn key(self, key: &str) -> Option<String> {
-        let rest = rest(key);
-        match (rest.strip_prefix("_2"), self.wave) {
+        let suffix = suffix(key);
+        match (suffix.strip_prefix("_2"), self.wave) {
             (Some(unit), 1) => Some(format!("amplitude_{}{unit}", 2 * self.order)),
             (Some(unit), _) => Some(format!("amplitude_{}{unit}", self.order)),
-            (None, 1) => Some(format!("amplitude_{}{rest}", self.order)),
+            (None, 1) => Some(format!("amplitude_{}{suffix}", self.order)),
             (None, _) => None,
         }
     }
 }
 
-/// The order of a part whose second wave is the larger one: its pitch is twice what it says.
+/// The order of a part by its second wave, where that is the larger one.
 fn doubled(whole: &Cause, part: &Cause, least: f64) -> Option<(Order, f64)> {
     let size = |is_second: bool| {
-        let own = part.amplitudes.iter().filter(|(key, _)| rest(key).starts_with("_2") == is_second);
+        let own = part.amplitudes.iter().filter(|(key, _)| suffix(key).starts_with("_2") == is_second);
         own.map(|(_, amplitude)| amplitude.value).fold(0.0, f64::max)
     };
     if size(true) > size(false) { order(period(whole)?, period(part)?, least, 2) } else { None }
@@ -127,7 +127,7 @@ fn order(whole: &Parameter, part: &Parameter, least: f64, wave: u32) -> Option<(
 }
 
 /// What a key has after `amplitude`.
-fn rest(key: &str) -> &str {
+fn suffix(key: &str) -> &str {
     key.strip_prefix("amplitude").unwrap_or(key)
 }
 
@@ -168,7 +168,7 @@ mod tests {
     fn exact_half_a_pitch_is_its_second_and_fourth_harmonic() {
         let mut causes = vec![pitch("cogging", 0.024, 0.9), pitch("second_cogging", 0.012, 0.02)];
         let both = |waves: &[Wave]| {
-            let pairs: Vec<(&str, &str)> = waves.iter().map(|wave| (wave.effect, wave.rest)).collect();
+            let pairs: Vec<(&str, &str)> = waves.iter().map(|wave| (wave.effect, wave.suffix)).collect();
             assert_eq!(pairs, [("cogging", "_2_n"), ("second_cogging", "_n")]);
             Some(parameter(0.5, 0.1))
         };
