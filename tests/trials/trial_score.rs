@@ -529,6 +529,30 @@ fn exact_confident_wrong_names_and_coverage_have_bars() {
     assert!(Limit::AtMost(0.01).holds(0.01) && !Limit::Between(0.9, 0.99).holds(0.991));
 }
 
+/// Which of two pitches is called the first is a matter of names: their numbers are compared by the pitch.
+#[test]
+fn exact_pitches_are_compared_by_their_pitch() {
+    let hidden = |effect, period: f64| {
+        let parameters =
+            BTreeMap::from([("period_m".to_owned(), period), ("sine_n".to_owned(), 100.0 * period)]);
+        HiddenEffect { parameters, ..planned(effect, 20.0) }
+    };
+    let truth = truth(Tier::Pair, &[hidden(EffectId::Cogging, 0.03), hidden(EffectId::SecondCogging, 0.014)]);
+    let held = |first: f64, second: f64| {
+        let mut said = verdict("cause", &[(COGGING, 0.97), ("second_cogging", 0.97)]);
+        for (cause, period) in [first, second].into_iter().enumerate() {
+            let number = |value: f64| json!({"value": value, "ci95": [0.99 * value, 1.01 * value], "unit": "m", "twin": 0.0});
+            said["causes"][cause]["parameters"] =
+                json!({"period_m": number(period), "sine_n": number(100.0 * period)});
+        }
+        Judged::new(&truth, &committed(&said)).covered.unwrap()
+    };
+    assert_eq!(
+        [held(0.03, 0.014), held(0.014, 0.03), held(0.03, 0.02), held(0.02, 0.03)],
+        [1.0, 1.0, 0.5, 0.5]
+    );
+}
+
 /// Wilson's interval in closed form.
 #[test]
 fn exact_wilson_interval() {

@@ -124,8 +124,11 @@ impl Judged {
         let extra = named.iter().filter(|name| name.standing == Standing::Extra).count();
         let size = size(truth);
         let has_causes = !said.causes().is_empty();
-        let errors =
-            |planned_only: bool| compared_all(hidden.iter().filter(|h| h.planned || !planned_only), said);
+        let compared = compared(&hidden, said);
+        let errors = |planned_only: bool| {
+            let asked = hidden.iter().zip(&compared).filter(|(h, _)| h.planned || !planned_only);
+            asked.filter_map(|(_, compared)| *compared).reduce(Compared::with)
+        };
         Self {
             case: truth.case,
             tier: truth.tier,
@@ -315,8 +318,4 @@ fn site(truth: &TrueCase, said: &Said) -> Option<bool> {
     let largest = said.sites().iter().max_by(|a, b| a.share.total_cmp(&b.share));
     let mut shown = truth.effects.iter().chain(&truth.before).filter(|h| h.gap >= FLOOR);
     Some(largest.is_some_and(|largest| shown.any(|h| h.is_at(&largest.name))))
-}
-
-fn compared_all<'a>(hidden: impl Iterator<Item = &'a &'a HiddenEffect>, said: &Said) -> Option<Compared> {
-    hidden.filter_map(|h| compared(h, said)).reduce(Compared::with)
 }

@@ -21,6 +21,8 @@
 //!   named or not.
 //! - **What nobody could know.** Cases whose planned effect has equals are counted apart, and named first is given with and
 //!   without them.
+//! - **Parameters.** Those of a named cause are compared with those of the hidden effect of its name. Of a law with several pitches
+//!   the pitch tells which is which, not the order in which they are numbered.
 //! - **Size of a case**: the smallest gap of its planned effects. Every rate counts only cases that it can be asked of.
 
 pub mod bars;

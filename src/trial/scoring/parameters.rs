@@ -1,6 +1,7 @@
 //! Fitted parameters against those that were hidden.
 
-use crate::diagnose::verdict::Parameter;
+use crate::diagnose::verdict::{Cause, Parameter};
+use crate::effect::EffectId;
 use crate::trial::truth::HiddenEffect;
 use crate::trial::verdict::Said;
 use std::collections::BTreeMap;
@@ -27,9 +28,44 @@ impl Compared {
     }
 }
 
-/// Compares the parameters of a hidden effect; none where it is not named by its own name, or has none.
-pub(super) fn compared(hidden: &HiddenEffect, said: &Said) -> Option<Compared> {
-    let cause = said.causes().iter().find(|cause| cause.effect == hidden.effect.name())?;
+/// Compares the parameters of hidden effects with those of the causes that are called by their names.
+pub(super) fn compared<'a>(hidden: &[&HiddenEffect], said: &'a Said) -> Vec<Option<Compared>> {
+    let cause = |name: &str| said.causes().iter().find(|cause| cause.effect == name);
+    let mut own: Vec<Option<&'a Cause>> = hidden.iter().map(|h| cause(h.effect.name())).collect();
+    match_pitches(hidden, &mut own);
+    hidden.iter().zip(own).map(|(hidden, cause)| one(hidden, cause?)).collect()
+}
+
+/// Gives the causes of one law with several pitches to the hidden effects of that law by their pitches, the closest pair first: which
+/// pitch is called the first and which the second is a matter of names. Only those that are named change places.
+fn match_pitches<'a>(hidden: &[&HiddenEffect], own: &mut [Option<&'a Cause>]) {
+    let said = |cause: &Cause| cause.parameters.iter().map(|(key, n)| (key.clone(), n.value)).collect();
+    let periods = |k: usize| Some((k, period(&hidden[k].parameters)?, own[k]?));
+    let mut open: Vec<(usize, f64, &Cause)> = (0..hidden.len()).filter_map(periods).collect();
+    let mut causes: Vec<(usize, f64, &Cause)> =
+        open.iter().filter_map(|&(k, _, cause)| Some((k, period(&said(cause))?, cause))).collect();
+    let law = |k: usize| first_pitch(hidden[k].effect);
+    loop {
+        let pairs = (0..open.len()).flat_map(|h| (0..causes.len()).map(move |c| (h, c)));
+        let alike = pairs.filter(|&(h, c)| law(open[h].0) == law(causes[c].0));
+        let apart = |&(h, c): &(usize, usize)| (open[h].1 / causes[c].1).ln().abs();
+        let Some((h, c)) = alike.min_by(|a, b| apart(a).total_cmp(&apart(b))) else { break };
+        own[open.remove(h).0] = Some(causes.remove(c).2);
+    }
+}
+
+/// The pitch or period among the parameters of an effect.
+fn period(parameters: &BTreeMap<String, f64>) -> Option<f64> {
+    parameters.iter().find(|(key, _)| key.starts_with("period_")).map(|(_, value)| *value)
+}
+
+/// The effect whose law another one repeats with a pitch of its own; itself where there is none.
+fn first_pitch(effect: EffectId) -> EffectId {
+    let is_same = |of: &&EffectId| of.parameters() == effect.parameters();
+    effect.modifies().iter().find(is_same).map_or(effect, |of| first_pitch(*of))
+}
+
+fn one(hidden: &HiddenEffect, cause: &Cause) -> Option<Compared> {
     let largest = largest(hidden);
     let one = |(key, truth): (&String, &f64)| {
         let number = cause.parameters.get(key)?;
