@@ -132,10 +132,13 @@ fn parameters(fit: &Fit, effect: EffectId) -> BTreeMap<String, Parameter> {
         .collect()
 }
 
+/// A number with its interval; that of one that does nothing on these runs is all of its range.
 fn parameter(fit: &Fit, k: usize) -> Parameter {
     let (value, half) = (fit.values[k], NORMAL_975 * fit.standard_errors[k]);
     let free = &fit.hypothesis.free[k];
-    Parameter { value, ci95: [value - half, value + half], unit: free.unit.to_string(), twin: free.neutral }
+    let is_idle = half == 0.0 && !free.held;
+    let ci95 = if is_idle { [free.range.0, free.range.1] } else { [value - half, value + half] };
+    Parameter { value, ci95, unit: free.unit.to_string(), twin: free.neutral }
 }
 
 /// Constants that the chosen fit moved inside their tolerance.

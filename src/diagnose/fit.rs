@@ -188,6 +188,10 @@ fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
         Some(jacobian) => jacobian,
         None => objective.jacobian(&values, &residuals, care.known())?,
     };
+    let values = match care {
+        Care::Thorough => without_idle(objective, values, &residuals, &jacobian)?,
+        Care::Rough(_) => values,
+    };
     let count = values.len();
     let weights = objective.weights(&residuals);
     let (weight, _) = objective.hypothesis.prior(&values);
@@ -215,6 +219,27 @@ fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
     let shown = effects.filter(shows).collect();
     let size = objective.size(&residuals);
     Ok(Fit { hypothesis: objective.hypothesis.clone(), values, size, standard_errors, covariance, shown })
+}
+
+/// The values with those of the twin in the place of numbers that do nothing on these runs: where a fit of them started says nothing. A
+/// number that does nothing nearby and something where the twin has it stays.
+fn without_idle(
+    objective: &Objective,
+    values: Vec<f64>,
+    residuals: &DVector<f64>,
+    jacobian: &DMatrix<f64>,
+) -> Result<Vec<f64>> {
+    let is_idle = |k: &usize| {
+        let free = &objective.hypothesis.free[*k];
+        let is_away = free.neutral.is_finite() && values[*k] != free.neutral;
+        free.freedom == Freedom::Cause && !free.held && is_away && jacobian.column(*k).amax() == 0.0
+    };
+    let mut rest = values.clone();
+    for k in (0..values.len()).filter(is_idle) {
+        rest[k] = objective.hypothesis.free[k].neutral;
+    }
+    let is_same = rest == values || objective.residuals(&rest)? == *residuals;
+    Ok(if is_same { rest } else { values })
 }
 
 /// The inverse of a normal matrix; of numbers that do nothing, and of combinations that do nothing to rounding, zero.

@@ -307,6 +307,19 @@ fn ref_effects_that_the_data_do_not_excite_are_not_named() {
     }
 }
 
+/// Without Coulomb friction its asymmetry does nothing: it stays as the twin has it, and all of its range is its interval.
+#[test]
+fn exact_a_number_that_does_nothing_has_no_estimate() {
+    let hidden =
+        "effect.asymmetric_friction.viscous_asymmetry=0.1 effect.asymmetric_friction.coulomb_asymmetry=0.3";
+    let d = run_diagnosis(hidden, 71);
+    assert!(d.verdict == Verdict::Cause && d.causes.len() == 1, "{:?} {:?}", d.verdict, d.causes);
+    let [idle, viscous] =
+        ["coulomb_asymmetry", "viscous_asymmetry"].map(|name| &d.causes[0].parameters[name]);
+    assert_eq!((idle.value, idle.ci95), (0.0, [-1.0, 1.0]));
+    assert!((viscous.value - 0.1).abs() < 0.002 && viscous.ci95[0] > 0.09, "{viscous:?}");
+}
+
 /// An effect struck from the catalogue is not replaced by the nearest wrong name: the answer is unknown, with the shape
 /// of what is left.
 #[test]
