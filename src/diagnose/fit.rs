@@ -93,6 +93,15 @@ impl Fit {
         Ok((size < self.size).then_some(values))
     }
 
+    /// Adds a covariance, in units of the numbers' scales, to that of its values.
+    pub(super) fn widen(&mut self, added: &DMatrix<f64>) {
+        self.covariance += added;
+        for (k, free) in self.hypothesis.free.iter().enumerate() {
+            self.standard_errors[k] =
+                self.standard_errors[k].hypot(free.scale * added[(k, k)].max(0.0).sqrt());
+        }
+    }
+
     /// The machine as fitted.
     ///
     /// # Errors
@@ -246,13 +255,22 @@ fn without_idle(
 ///
 /// It is taken of the correlation matrix: numbers are in units of their own, and one that the data tell a million times better than another
 /// does not make the other one nothing.
-fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
-    let count = normal.nrows();
-    let size = |k: usize| if normal[(k, k)] > 0.0 { normal[(k, k)].sqrt() } else { 1.0 };
-    let correlation = DMatrix::from_fn(count, count, |a, b| normal[(a, b)] / (size(a) * size(b)));
-    let inverse = decomposed(correlation).and_then(|parts| parts.pseudo_inverse(ROUNDING).ok());
-    let inverse = inverse.unwrap_or_else(|| DMatrix::zeros(count, count));
-    DMatrix::from_fn(count, count, |a, b| inverse[(a, b)] / (size(a) * size(b)))
+pub(super) fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
+    // Those that do nothing stay out: rounding would mix them into what the data hardly tell.
+    let told: Vec<usize> = (0..normal.nrows()).filter(|&k| normal[(k, k)] > 0.0).collect();
+    let size = |k: usize| normal[(k, k)].sqrt();
+    let scaled = |a: usize, b: usize| normal[(a, b)] / (size(a) * size(b));
+    let correlation = DMatrix::from_fn(told.len(), told.len(), |a, b| scaled(told[a], told[b]));
+    let mut inverse = DMatrix::zeros(normal.nrows(), normal.nrows());
+    let Some(part) = decomposed(correlation).and_then(|parts| parts.pseudo_inverse(ROUNDING).ok()) else {
+        return inverse;
+    };
+    for (i, &a) in told.iter().enumerate() {
+        for (j, &b) in told.iter().enumerate() {
+            inverse[(a, b)] = part[(i, j)] / (size(a) * size(b));
+        }
+    }
+    inverse
 }
 
 /// Smallest singular value of a correlation matrix that is more than rounding.

@@ -16,6 +16,7 @@ pub mod cut;
 mod dead_reference;
 pub mod decide;
 mod descent;
+mod discrepancy;
 pub mod estimate;
 pub mod evidence;
 pub mod experiment;
@@ -300,6 +301,10 @@ impl<'a> Ready<'a> {
             None => Folds::of(self.machine, fit, &self.training, &self.floors.common)?,
         };
         fit.standard_errors = folds.widened(fit);
+        let floor = &self.floors.common;
+        if let Some(added) = discrepancy::covariance(self.machine, fit, self.training.runs(), floor)? {
+            fit.widen(&added);
+        }
         Ok(folds)
     }
 

@@ -4,6 +4,7 @@ use super::care::{Care, Sensitivities};
 use super::experiment::Experiment;
 use super::hypothesis::Hypothesis;
 use super::noise::Floor;
+use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -74,25 +75,38 @@ impl<'a> Objective<'a> {
     /// # Errors
     /// A setting of a run that the machine does not have.
     pub fn residuals_of(&self, sets: &[Vec<f64>]) -> Result<Vec<DVector<f64>>> {
-        let machines: Vec<Option<Machine>> =
-            sets.iter().map(|values| self.hypothesis.machine(self.machine, values).ok()).collect();
+        self.replayed(sets.iter().map(|values| self.fitted(values)).collect())
+    }
+
+    /// The machine with these values; none where its description refuses one.
+    fn fitted(&self, values: &[f64]) -> Option<Machine> {
+        self.hypothesis.machine(self.machine, values).ok()
+    }
+
+    fn replayed(&self, machines: Vec<Option<Machine>>) -> Result<Vec<DVector<f64>>> {
         let valid: Vec<Machine> = machines.iter().flatten().cloned().collect();
-        let of_run = |experiment: &Experiment| -> Result<Vec<Vec<f64>>> {
-            let predicted = experiment.predict_together(&valid)?;
-            Ok(predicted.iter().map(|traces| self.of_run(experiment, traces)).collect())
-        };
-        let runs: Vec<Vec<Vec<f64>>> = self.experiments.par_iter().map(of_run).collect::<Result<_>>()?;
-        let mut all =
-            (0..valid.len()).map(|k| runs.iter().flat_map(|run| &run[k]).copied().collect::<Vec<f64>>());
-        let bounded = |r: f64| if r.is_finite() { r.clamp(-LARGEST, LARGEST) } else { LARGEST };
+        let mut all = self.residuals_at(&valid)?.into_iter();
         let rows = || self.experiments.iter().map(|e| self.rows(e) * e.signals().len()).sum();
         // A value that the description refuses (no mass left, say) explains nothing.
         let refused = || DVector::from_element(rows(), LARGEST);
-        let of = |machine: &Option<Machine>| match machine.as_ref().and_then(|_| all.next()) {
-            Some(residuals) => DVector::from_vec(residuals).map(bounded),
-            None => refused(),
-        };
+        let of =
+            |machine: &Option<Machine>| machine.as_ref().and_then(|_| all.next()).unwrap_or_else(refused);
         Ok(machines.iter().map(of).collect())
+    }
+
+    /// The same for several machines.
+    ///
+    /// # Errors
+    /// A setting of a run that a machine does not have.
+    pub(super) fn residuals_at(&self, machines: &[Machine]) -> Result<Vec<DVector<f64>>> {
+        let of_run = |experiment: &Experiment| -> Result<Vec<Vec<f64>>> {
+            let predicted = experiment.predict_together(machines)?;
+            Ok(predicted.iter().map(|traces| self.of_run(experiment, traces)).collect())
+        };
+        let runs: Vec<Vec<Vec<f64>>> = self.experiments.par_iter().map(of_run).collect::<Result<_>>()?;
+        let bounded = |r: f64| if r.is_finite() { r.clamp(-LARGEST, LARGEST) } else { LARGEST };
+        let of = |k: usize| runs.iter().flat_map(|run| &run[k]).copied().map(bounded).collect::<Vec<f64>>();
+        Ok((0..machines.len()).map(of).map(DVector::from_vec).collect())
     }
 
     /// Normalised residuals of one run, signal after signal.
@@ -103,6 +117,9 @@ impl<'a> Objective<'a> {
 
     /// Derivatives of the residuals by the numbers in units of their scale; columns that `known` has are taken from
     /// there.
+    ///
+    /// They are those of the machine without effects that make noise: the steps of a reading jump where a number moves by a millionth of its scale,
+    /// and on average over the steps the reading follows the motion (a dithered quantiser is linear).
     pub(super) fn jacobian(
         &self,
         values: &[f64],
@@ -132,10 +149,25 @@ impl<'a> Objective<'a> {
             // In units of the number's scale, so that columns are comparable.
             steps.push((k, free.scale / step));
         }
-        for ((k, per_step), changed) in steps.into_iter().zip(self.residuals_of(&varied)?) {
-            jacobian.set_column(k, &((changed - residuals) * per_step));
+        let is_noisy = |effect: &EffectId| effect.makes_noise() && self.has(*effect);
+        let noisy: Vec<EffectId> = EffectId::ALL.iter().copied().filter(is_noisy).collect();
+        if !noisy.is_empty() {
+            varied.push(values.to_vec());
+        }
+        let even = |machine: Machine| noisy.iter().try_fold(machine, |m, of| m.without_effect(*of)).ok();
+        let mut changed =
+            self.replayed(varied.iter().map(|set| self.fitted(set).and_then(even)).collect())?;
+        let own = if noisy.is_empty() { None } else { changed.pop() };
+        let own = own.as_ref().unwrap_or(residuals);
+        for ((k, per_step), changed) in steps.into_iter().zip(changed) {
+            jacobian.set_column(k, &((changed - own) * per_step));
         }
         Ok(jacobian)
+    }
+
+    /// Whether the machine of the hypothesis has an effect.
+    fn has(&self, effect: EffectId) -> bool {
+        self.hypothesis.effects.contains(&effect) || self.machine.description().effect.contains(effect)
     }
 
     /// Normal matrix and gradient of the weighted sum of squares.

@@ -41,6 +41,8 @@ pub struct Search<'a> {
 const MOST_EFFECTS: usize = 6;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
+/// So many of the next best explanations are built upon where the best one leaves too much open.
+const RUNNERS_UP: usize = 2;
 /// A share of the posterior below this changes no verdict.
 const LEAST_SHARE: f64 = 0.01;
 /// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
@@ -122,11 +124,15 @@ impl Search<'_> {
     /// Adds effects to the rivals of an explanation that is not most probable by far as well, to those that leave something open, no more
     /// than it does by what is worth naming, and were not `widened` before; tells whether something better than the chosen explanation was found so, which is the chosen one then.
     ///
-    /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all.
+    /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all. Where the chosen explanation leaves too
+    /// much open for a cause, the next best ones count as rivals too: of two effects that act together, the one that explains most by itself may
+    /// be neither.
     fn widen(&self, found: &mut Found, before: &Score, widened: &mut BTreeSet<EffectSet>) -> Result<bool> {
         let share = 0.5 * (1.0 - self.limits.probability);
         self.converge(found, before, share)?;
-        if found.posterior[found.chosen] >= self.limits.probability {
+        let is_sufficient = found.is_sufficient(found.chosen, before, self.floors.common.is_measured());
+        let is_probable = found.posterior[found.chosen] >= self.limits.probability;
+        if is_sufficient && is_probable {
             return Ok(false);
         }
         let may_turn = |k: &usize| {
@@ -137,7 +143,11 @@ impl Search<'_> {
                 && !found.is_adequate(*k)
                 && !found.loses_ground(*k, before)
         };
-        let rivals: Vec<usize> = (0..found.candidates.len()).filter(may_turn).collect();
+        let mut rivals: Vec<usize> =
+            (0..found.candidates.len()).filter(|k| !is_probable && may_turn(k)).collect();
+        if !is_sufficient {
+            rivals.extend(self.runners_up(found, widened));
+        }
         for rival in rivals {
             let effects = found.candidates[rival].effects().clone();
             if rival != found.chosen && !widened.contains(&effects) {
@@ -148,6 +158,23 @@ impl Search<'_> {
         let better = found.better(before);
         found.chosen = better.unwrap_or(found.chosen);
         Ok(better.is_some())
+    }
+
+    /// The next best explanations with no more effects than the chosen one that were not `widened` before.
+    fn runners_up(&self, found: &Found, widened: &BTreeSet<EffectSet>) -> Vec<usize> {
+        let most = found.effects().len().max(1);
+        let is_next = |k: &usize| {
+            let effects = found.candidates[*k].effects();
+            *k != found.chosen
+                && (1..=most).contains(&effects.len())
+                && !widened.contains(effects)
+                && found.is_sound(*k)
+                && found.beyond_chance(*k, 0)
+        };
+        let mut next: Vec<usize> = (0..found.candidates.len()).filter(is_next).collect();
+        next.sort_by(|&a, &b| found.merit(b).total_cmp(&found.merit(a)));
+        next.truncate(RUNNERS_UP);
+        next
     }
 
     /// Takes what of the chosen explanation is certain, where that by itself leaves nothing that need be named, or where all of it leaves too much

@@ -8,6 +8,7 @@ mod coarse_encoder;
 mod compare;
 mod delta_a3;
 mod diagnose;
+mod discrepancy;
 mod effects;
 mod emps;
 mod friction_pairs;

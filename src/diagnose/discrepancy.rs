@@ -1,0 +1,91 @@
+//! What a hypothesis leaves undescribed, and what of it may have gone into the numbers of its fit.
+
+use super::experiment::Experiment;
+use super::fit::{Fit, inverted};
+use super::motion;
+use super::noise::Floor;
+use super::objective::Objective;
+use crate::effect::EffectId;
+use crate::error::Result;
+use crate::machine::Machine;
+use nalgebra::{DMatrix, DVector};
+
+/// Laws of a force that depends on place alone, of which one that the machine does not have makes the waves.
+const PLACES: [EffectId; 3] = [EffectId::Cogging, EffectId::SecondCogging, EffectId::ThirdCogging];
+/// Periods of the force over the travel, twice the travel first, each half of the one before: down to an eighth of the travel.
+const OCTAVES: i32 = 5;
+/// Force of a wave while its response is taken, as a share of the largest force: small against any friction, large against rounding.
+const SHARE: f64 = 1e-5;
+
+/// Covariance that the discrepancy of a hypothesis adds to that of its numbers, in units of their scales; none where the residuals are noise.
+///
+/// # Model
+/// What a hypothesis does not describe is a force d(x) of the place x that acts on the moving part, seen through the twin's own loop:
+/// ```text
+///   d(x) = Σ_j a_j·w_j(x),   a_j ~ N(0, τ²),   w_j: sin and cos of 2πx/p, p = 2L, L, L/2, L/4, L/8
+/// ```
+/// over a travel L: as much force in each octave. With J the derivatives of the normalised residuals, W their weights, P the precision of the
+/// priors and c_j the response to w_j, the fit takes up b_j and leaves r_j of each:
+/// ```text
+///   b_j = −(JᵀWJ + P)⁻¹·JᵀW·c_j,   r_j = c_j + J·b_j
+///   τ²  = Σ W(r² − 1) / Σ_j r_jᵀW r_j,   added covariance = τ²·Σ_j b_j·b_jᵀ
+/// ```
+/// so that the undescribed part is as large as what the residuals r of the training runs have above noise.
+///
+/// # Validity
+/// To first order in the force, and for what depends on place. Noise that is really larger than its estimate counts as discrepancy.
+///
+/// # Source
+/// Kennedy, O'Hagan (2001), *Bayesian calibration of computer models*, J. R. Stat. Soc. B 63:425; Brynjarsdóttir, O'Hagan (2014), *Learning
+/// about physical parameters: the importance of model discrepancy*, Inverse Problems 30:114007: without it intervals do not hold the truth.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub fn covariance(
+    machine: &Machine,
+    fit: &Fit,
+    experiments: &[Experiment],
+    floor: &Floor,
+) -> Result<Option<DMatrix<f64>>> {
+    let objective = Objective::new(machine, &fit.hypothesis, experiments, floor);
+    let residuals = objective.residuals(&fit.values)?;
+    let weights = objective.weights(&residuals);
+    let excess: f64 = residuals.iter().zip(&weights).map(|(r, w)| w * (r * r - 1.0)).sum();
+    if excess <= 0.0 || fit.values.is_empty() {
+        return Ok(None);
+    }
+    let responses = responses(&objective, &fit.machine(machine)?, &residuals)?;
+    let jacobian = objective.jacobian(&fit.values, &residuals, None)?;
+    let (normal, _) = objective.normal(&jacobian, &residuals, &weights, &fit.values);
+    let inverse = inverted(&normal);
+    let mut taken = DMatrix::zeros(fit.values.len(), fit.values.len());
+    let mut left = 0.0;
+    for response in responses {
+        let weighted = response.component_mul(&weights);
+        let moved = -&inverse * jacobian.tr_mul(&weighted);
+        let rest = &response + &jacobian * &moved;
+        left += rest.component_mul(&weights).dot(&rest);
+        taken += &moved * moved.transpose();
+    }
+    Ok((left > 0.0).then(|| taken * (excess / left)))
+}
+
+/// Responses of the normalised residuals to waves of force over the travel, all of one amplitude.
+fn responses(objective: &Objective, fitted: &Machine, residuals: &DVector<f64>) -> Result<Vec<DVector<f64>>> {
+    let has = |effect: &EffectId| fitted.description().effect.contains(*effect);
+    let Some(free) = PLACES.iter().find(|effect| !has(effect)) else { return Ok(Vec::new()) };
+    let screen = motion::screen(objective.experiments, fitted)?;
+    let force = SHARE * screen.largest_force;
+    let wave = |octave: i32, [sine, cosine]: [f64; 2]| {
+        let period = 2.0 * screen.travel() * 0.5f64.powi(octave);
+        let names =
+            free.parameters().iter().map(|parameter| format!("effect.{}.{}", free.name(), parameter.name));
+        let values = [period, force * sine, force * cosine, 0.0, 0.0].map(toml::Value::Float);
+        let settings: Vec<(String, toml::Value)> = names.zip(values).collect();
+        fitted.with_settings(settings.iter().map(|(path, value)| (path.as_str(), value.clone()))).ok()
+    };
+    let waves = (0..OCTAVES).flat_map(|octave| [[1.0, 0.0], [0.0, 1.0]].map(|phase| wave(octave, phase)));
+    let waves: Option<Vec<Machine>> = waves.collect();
+    let Some(waves) = waves else { return Ok(Vec::new()) };
+    Ok(objective.residuals_at(&waves)?.into_iter().map(|changed| changed - residuals).collect())
+}
