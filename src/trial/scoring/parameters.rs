@@ -38,7 +38,7 @@ pub(super) fn compared<'a>(hidden: &[&HiddenEffect], said: &'a Said) -> Vec<Opti
 
 /// Gives the causes of one law with several pitches to the hidden effects of that law by their pitches, the closest pair first: which
 /// pitch is called the first and which the second is a matter of names. Only those that are named change places.
-fn match_pitches<'a>(hidden: &[&HiddenEffect], own: &mut [Option<&'a Cause>]) {
+fn match_pitches(hidden: &[&HiddenEffect], own: &mut [Option<&Cause>]) {
     let said = |cause: &Cause| cause.parameters.iter().map(|(key, n)| (key.clone(), n.value)).collect();
     let periods = |k: usize| Some((k, period(&hidden[k].parameters)?, own[k]?));
     let mut open: Vec<(usize, f64, &Cause)> = (0..hidden.len()).filter_map(periods).collect();
