@@ -5,6 +5,7 @@ use super::fit::{Fit, inverted};
 use super::motion;
 use super::noise::Floor;
 use super::objective::Objective;
+use super::waves::{self, Wave};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -72,20 +73,10 @@ pub fn covariance(
 
 /// Responses of the normalised residuals to waves of force over the travel, all of one amplitude.
 fn responses(objective: &Objective, fitted: &Machine, residuals: &DVector<f64>) -> Result<Vec<DVector<f64>>> {
-    let has = |effect: &EffectId| fitted.description().effect.contains(*effect);
-    let Some(free) = PLACES.iter().find(|effect| !has(effect)) else { return Ok(Vec::new()) };
+    let Some(law) = waves::free(fitted, &PLACES) else { return Ok(Vec::new()) };
     let screen = motion::screen(objective.experiments, fitted)?;
-    let force = SHARE * screen.largest_force;
-    let wave = |octave: i32, [sine, cosine]: [f64; 2]| {
-        let period = 2.0 * screen.travel() * 0.5f64.powi(octave);
-        let names =
-            free.parameters().iter().map(|parameter| format!("effect.{}.{}", free.name(), parameter.name));
-        let values = [period, force * sine, force * cosine, 0.0, 0.0].map(toml::Value::Float);
-        let settings: Vec<(String, toml::Value)> = names.zip(values).collect();
-        fitted.with_settings(settings.iter().map(|(path, value)| (path.as_str(), value.clone()))).ok()
-    };
-    let waves = (0..OCTAVES).flat_map(|octave| [[1.0, 0.0], [0.0, 1.0]].map(|phase| wave(octave, phase)));
-    let waves: Option<Vec<Machine>> = waves.collect();
-    let Some(waves) = waves else { return Ok(Vec::new()) };
-    Ok(objective.residuals_at(&waves)?.into_iter().map(|changed| changed - residuals).collect())
+    let period = |octave: i32| 2.0 * screen.travel() * 0.5f64.powi(octave);
+    let all = (0..OCTAVES).flat_map(|octave| Wave::both(period(octave), SHARE * screen.largest_force));
+    let Some(machines) = waves::machines(fitted, law, all) else { return Ok(Vec::new()) };
+    Ok(objective.residuals_at(&machines)?.into_iter().map(|changed| changed - residuals).collect())
 }

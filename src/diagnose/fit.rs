@@ -2,14 +2,13 @@
 
 pub use super::care::{Care, Sensitivities};
 use super::descent::{Arrived, descend};
-use super::experiment::{Experiment, Training};
+use super::experiment::Training;
 use super::hypothesis::{EffectSet, Free, Freedom, Hypothesis};
 use super::noise::Floor;
 use super::objective::Objective;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::recording::Signal;
 use crate::singular::decomposed;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -135,7 +134,7 @@ pub fn fit(
     let objective = Objective::new(machine, hypothesis, training.runs(), floor).for_care(care);
     let starts: Vec<Vec<f64>> = match warm {
         Some(values) => vec![inside(hypothesis, values)],
-        None => promising(&objective)?,
+        None => promising(&objective, care)?,
     };
     let is_race = starts.len() > 1 && matches!(care, Care::Rough(_));
     let first = if is_race { RACED } else { care.iterations() };
@@ -160,28 +159,26 @@ pub fn fit(
 /// Steps after which a rough fit goes on from the best of its starts alone: a choice of cost. A start that is overtaken later is lost.
 const RACED: usize = 2;
 
-/// Of several starts, those whose replays come closest. One run ranks them, the one that goes farthest and so passes the most places;
-/// the descents from the best of them see all runs.
-fn promising(objective: &Objective) -> Result<Vec<Vec<f64>>> {
+/// Of several starts, those whose replays come closest once the numbers whose sensitivities are known have gone with them: what a wave takes
+/// up, calibration had taken up before.
+fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
     let starts: Vec<Vec<f64>> =
         objective.hypothesis.starts.iter().map(|start| inside(objective.hypothesis, start)).collect();
     if starts.len() <= DESCENTS {
         return Ok(starts);
     }
-    let farthest = objective.experiments.iter().max_by(|a, b| travel(a).total_cmp(&travel(b)));
-    let ranked = Objective { experiments: farthest.map_or(&[][..], std::slice::from_ref), ..*objective };
-    let sizes: Vec<f64> = ranked.residuals_of(&starts)?.iter().map(|r| ranked.size(r)).collect();
+    let residuals = objective.residuals_of(&starts)?;
+    let known = care.known().map(|known| objective.known_columns(known));
+    let left = |(start, residuals): (&Vec<f64>, &DVector<f64>)| {
+        let Some(columns) = &known else { return objective.size(residuals) };
+        let weights = objective.weights(residuals);
+        let (normal, gradient) = objective.normal(columns, residuals, &weights, start);
+        objective.size(&(residuals - columns * (inverted(&normal) * gradient)))
+    };
+    let sizes: Vec<f64> = starts.iter().zip(&residuals).map(left).collect();
     let mut sized: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
     sized.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(sized.into_iter().take(DESCENTS).map(|(_, start)| start).collect())
-}
-
-/// How far a run goes, in m or rad.
-fn travel(experiment: &Experiment) -> f64 {
-    let position = experiment.run().signal(Signal::Position).unwrap_or_default();
-    let (low, high) =
-        position.iter().fold((f64::MAX, f64::MIN), |(low, high), x| (low.min(*x), high.max(*x)));
-    high - low
 }
 
 fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {

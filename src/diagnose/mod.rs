@@ -40,6 +40,7 @@ mod ordinates;
 mod outcome;
 pub mod parameter;
 pub mod phase;
+mod pitch_search;
 pub mod place;
 pub mod proposals;
 pub mod prove;
@@ -53,6 +54,8 @@ pub mod smooth;
 pub mod untested;
 pub mod verdict;
 pub mod visibility;
+mod wave_starts;
+mod waves;
 
 pub use compare::compare;
 pub use improve::improved;

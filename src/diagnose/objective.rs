@@ -165,6 +165,18 @@ impl<'a> Objective<'a> {
         Ok(jacobian)
     }
 
+    /// The columns of the numbers whose sensitivities are known, zero for the others.
+    pub(super) fn known_columns(&self, known: &Sensitivities) -> DMatrix<f64> {
+        let free = &self.hypothesis.free;
+        let mut columns = DMatrix::zeros(known.columns.nrows(), free.len());
+        for (k, free) in free.iter().enumerate().filter(|(_, f)| !self.hypothesis.elsewhere.contains(&f.effect)) {
+            if let Some(column) = known.column(free) {
+                columns.set_column(k, &column);
+            }
+        }
+        columns
+    }
+
     /// Whether the machine of the hypothesis has an effect.
     fn has(&self, effect: EffectId) -> bool {
         self.hypothesis.effects.contains(&effect) || self.machine.description().effect.contains(effect)

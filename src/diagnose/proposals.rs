@@ -41,10 +41,16 @@ impl Proposals {
 
     /// Adds where an effect starts together with what it modifies, of a twin that has none of them.
     pub fn add_together(&mut self, effect: EffectId, bare: &Screen) {
+        self.add(effect, Vec::new(), estimate::together(effect, bare));
+    }
+
+    /// Adds where an effect, or the effect with what it modifies, may start besides.
+    pub fn add(&mut self, effect: EffectId, starts: Vec<Vec<f64>>, together: Vec<Vec<Vec<f64>>>) {
         let Some(proposal) = self.0.get_mut(&effect) else { return };
         let members = members(effect);
         let set = |values: Vec<Vec<f64>>| members.iter().copied().zip(values).collect();
-        proposal.together = estimate::together(effect, bare).into_iter().map(set).collect();
+        proposal.starts.extend(starts);
+        proposal.together.extend(together.into_iter().map(set));
     }
 
     /// The proposal for one effect; none where it was not screened for.

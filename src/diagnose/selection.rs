@@ -218,6 +218,9 @@ impl Search<'_> {
             for effect in others.filter(|e| e.follows() && is_found(e)) {
                 proposals.add_together(effect, &self.bare_screen(&machine, set, effect)?);
             }
+            if !found.is_adequate(index) {
+                self.add_waves(&mut proposals, fit, &sensitivities, &screen)?;
+            }
             found.bases.insert(index, Base { sensitivities, proposals });
         }
         Ok(())

@@ -59,6 +59,8 @@ pub struct Run {
     extra_columns: Arc<BTreeMap<String, Vec<f64>>>,
     instants_s: Option<Arc<Vec<f64>>>,
     entry: Option<[f64; 3]>,
+    /// The samples before those that were cut out of a longer run.
+    lead: Option<Arc<Run>>,
     /// Name of the run that it is a part of.
     whole: Option<String>,
     /// What it may be used for, where that was declared.
@@ -127,6 +129,7 @@ impl Run {
             extra_columns: Arc::default(),
             instants_s: None,
             entry: None,
+            lead: None,
             whole: None,
             role: None,
             start_s: 0.0,
@@ -247,6 +250,17 @@ impl Run {
         self.entry
     }
 
+    /// The samples before a run that was cut out of a longer one: a replay that begins with them has its state at the first sample from the
+    /// motion before, whatever of it no signal tells.
+    pub fn lead(&self) -> Option<&Self> {
+        self.lead.as_deref()
+    }
+
+    /// The same run after these samples.
+    pub(super) fn led_by(self, lead: Self) -> Self {
+        Self { lead: Some(Arc::new(lead)), ..self }
+    }
+
     /// Time of a sample as the file counts; of the one after the last, the time of the last.
     pub(super) fn file_time_s(&self, sample: usize) -> f64 {
         self.start_s + self.time_s(sample.min(self.len() - 1))
@@ -269,6 +283,7 @@ impl Run {
             instants_s: self.instants_s().map(instants),
             whole: Some(whole.clone()),
             entry: entry.or(self.entry.filter(|_| samples.start == 0)),
+            lead: self.lead.clone().filter(|_| samples.start == 0),
             start_s: self.start_s + from_s,
             begins_s: self.begins_s + from_s,
             ..self.clone()

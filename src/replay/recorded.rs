@@ -200,6 +200,8 @@ pub struct Recorded {
     begins_s: f64,
     /// The controller's samples, where the log was read at others.
     grid: Option<Arc<Grid>>,
+    /// What a replay in closed loop begins with: the samples before a run that was cut out of a longer one.
+    lead: Option<Arc<Self>>,
 }
 
 impl Recorded {
@@ -228,7 +230,21 @@ impl Recorded {
             }
             return Ok(Self::without_feedforward(run, reference, start));
         }
-        Self::from(run, reference, start, machine)
+        let recorded = Self::from(run, reference, start, machine)?;
+        let lead = run.lead().filter(|lead| lead.signal(Signal::PositionReference).is_some());
+        match lead.filter(|_| run.signal(Signal::PositionReference).is_some()) {
+            Some(lead) => Ok(recorded.after(Self::of(lead, machine)?, run.sample_period_s())),
+            None => Ok(recorded),
+        }
+    }
+
+    /// The same after the samples of a lead.
+    fn after(mut self, lead: Self, period_s: f64) -> Self {
+        if let (Some(last), Some(first)) = (lead.commands.last(), self.commands.first_mut()) {
+            first.velocity_reference = (first.position_reference - last.position_reference) / period_s;
+        }
+        self.lead = Some(Arc::new(lead));
+        self
     }
 
     /// Commands of a run along a position reference of its length, from a start that is known.
@@ -268,7 +284,7 @@ impl Recorded {
                 }
             })
             .collect();
-        Self { commands, start, begins_s: run.begins_s, grid: None }
+        Self { commands, start, begins_s: run.begins_s, grid: None, lead: None }
     }
 
     /// The same for a controller that samples at `period_s`: a run whose time stamps are uneven is then replayed at the
@@ -276,6 +292,8 @@ impl Recorded {
     #[must_use]
     pub fn on_controller_clock(mut self, run: &Run, period_s: f64) -> Self {
         self.grid = Grid::of(run, &self.commands, period_s).map(Arc::new);
+        // Between the samples of two clocks a lead would end where the run does not begin.
+        self.lead = self.lead.filter(|_| self.grid.is_none());
         self
     }
 
@@ -298,6 +316,7 @@ impl Recorded {
         for (command, effort) in self.commands.iter_mut().zip(effort_v) {
             command.effort_v = Some(*effort);
         }
+        self.lead = None;
         self
     }
 
@@ -318,30 +337,50 @@ impl Recorded {
 
     /// Replays the run in closed loop on a plant.
     pub fn replay<P: Plant>(&self, machine: &Machine, plant: P, sensing: Sensing) -> Traces {
-        let traces = run(&mut self.twin(machine, plant, sensing), self.sampled().iter().copied(), |_| ());
+        let mut twin = self.begun().twin(machine, plant, sensing);
+        run(&mut twin, self.lead_commands().iter().copied(), |_| ());
+        let traces = run(&mut twin, self.sampled().iter().copied(), |_| ());
         self.logged(traces, sensing)
     }
 
     /// The same for several machines with perfect sensors, on the reduced axis and in one pass.
     pub fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
-        let twin = |machine: &Machine| self.twin(machine, Axis::of(&machine.constants()), Sensing::Perfect);
-        if !self.commands.iter().all(|command| command.is_enabled) {
+        let begun = self.begun();
+        let twin = |machine: &Machine| begun.twin(machine, Axis::of(&machine.constants()), Sensing::Perfect);
+        let (lead, commands) = (self.lead_commands(), self.sampled());
+        if !lead.iter().chain(&self.commands).all(|command| command.is_enabled) {
             // A batch has no open bridge.
             let one = |m: &Machine| self.replay(m, Axis::of(&m.constants()), Sensing::Perfect);
             return machines.iter().map(one).collect();
         }
-        let commands = self.sampled();
         let room = || Traces::with_capacity(commands.len());
         let mut traces: Vec<Traces> = machines.iter().map(|_| room()).collect();
+        let mut led = vec![0; machines.len()];
         run_together(
             machines.iter().map(twin).collect(),
             Driven::ByControllers,
-            commands.len(),
-            |_, k| commands[k],
+            lead.len() + commands.len(),
+            |_, k| if k < lead.len() { lead[k] } else { commands[k - lead.len()] },
             |_| None,
-            |twin, _, sample| traces[twin].push(sample),
+            |twin, _, sample| {
+                if led[twin] < lead.len() {
+                    led[twin] += 1;
+                } else {
+                    traces[twin].push(sample);
+                }
+            },
         );
         traces.into_iter().map(|traces| self.logged(traces, Sensing::Perfect)).collect()
+    }
+
+    /// What a replay in closed loop begins with.
+    fn begun(&self) -> &Self {
+        self.lead.as_deref().unwrap_or(self)
+    }
+
+    /// The commands before the run.
+    fn lead_commands(&self) -> &[Command] {
+        self.lead.as_ref().map_or(&[], |lead| &lead.commands)
     }
 
     /// The twin as the run finds it: moved to the start, its controller taken over.

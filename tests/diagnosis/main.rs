@@ -14,6 +14,7 @@ mod emps;
 mod friction_pairs;
 mod gate;
 mod grinder_yaxis;
+mod lead;
 mod missing_signals;
 mod next_experiment;
 mod payload_lever;

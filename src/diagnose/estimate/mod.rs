@@ -17,6 +17,7 @@ mod periodic;
 pub mod periodogram;
 mod pitch_set;
 mod reading;
+pub mod relax;
 mod resonance;
 mod scales;
 pub mod screening;

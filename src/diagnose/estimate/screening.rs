@@ -122,7 +122,8 @@ impl Screen {
         0.5 * (low + high)
     }
 
-    fn ends(&self) -> (f64, f64) {
+    /// The lowest and the highest position, in m or rad.
+    pub fn ends(&self) -> (f64, f64) {
         if self.position.is_empty() {
             return (0.0, 0.0);
         }

@@ -1,0 +1,260 @@
+//! Pitches of what repeats along the axis, from what the replays of a fit leave.
+
+use super::care::Sensitivities;
+use super::estimate::relax::{Spectrum, is_same, refined, relaxed, undoubled};
+use super::fit::{Fit, inverted};
+use super::hypothesis::{Freedom, path};
+use super::objective::Objective;
+use super::waves::{self, Wave};
+use crate::effect::EffectId;
+use crate::error::Result;
+use crate::machine::Machine;
+use nalgebra::{Cholesky, DMatrix, DVector};
+use std::f64::consts::TAU;
+
+/// Waves whose responses are taken: of 1 to so many halves of a period over the travel.
+const HALVES: usize = 20;
+/// The shortest pitch has so many of the shortest wave's halves in its second harmonic: waves between two of the basis are told by those around.
+const MARGIN: f64 = 0.9;
+/// Places at which waves are compared with those of the basis.
+const PLACES: usize = 4 * HALVES;
+/// Amplitude of a wave while its response is taken, as a share of the largest: small against any friction, large against rounding.
+const SHARE: f64 = 1e-5;
+/// Spatial frequencies lie this part of the resolution (one over the travel) apart.
+const OVERSAMPLING: f64 = 10.0;
+/// Peaks that fits start from, and that sets are begun with.
+const PEAKS: usize = 3;
+/// A frequency is a peak if no better one lies so many grid points around it.
+const PEAK_WIDTH: usize = 2;
+/// What is added to the diagonal of normal matrices, as a share of their largest entry: waves that others all but make would blow up.
+const RIDGE: f64 = 1e-8;
+
+/// The places that runs pass.
+#[derive(Debug, Clone, Copy)]
+pub struct Travel {
+    /// The lowest, in m or rad.
+    pub low: f64,
+    /// The highest.
+    pub high: f64,
+    /// The longest pitch that a fit may come to.
+    pub longest: f64,
+}
+
+/// What the residuals of a fit tell of a wave over place, beside calibration and the other effects of its hypothesis.
+///
+/// # Model
+/// The replay's normalised residuals r change with a wave of amplitude a by R·a, seen through the twin's own loop: the R of sine and cosine of n halves
+/// of a period over the travel, n = 1 … 20, are differences of replays, and those of any other wave are combinations of them. With J the
+/// derivatives by the other numbers, W the weights and N = JᵀWJ + prior:
+/// ```text
+///   G = Rᵀ(W − W·J·N⁻¹·Jᵀ·W)·R,   b = −Rᵀ·W·r + RᵀWJ·N⁻¹·(gradient)
+///   gain of waves with the combinations M:  bᵀM·(MᵀGM)⁻¹·Mᵀb
+/// ```
+/// The gain is by how much a fit of their amplitudes lowers the weighted sum of squares: to first order the best that a fit can do with these
+/// periods. Unlike a periodogram of the missing force it weighs every sample by what it tells and takes no derivative of the position.
+///
+/// # Validity
+/// To first order in the amplitudes. Pitches of a fifth of the travel and more.
+///
+/// # Source
+/// The score test: C. R. Rao (1948), Math. Proc. Cambridge Philos. Soc. 44:50.
+pub struct PitchSearch {
+    /// Combination of the basis for values at the places.
+    combined: DMatrix<f64>,
+    places: Vec<f64>,
+    normal: DMatrix<f64>,
+    right: DVector<f64>,
+    /// What the waves of the hypothesis have already, as a combination of the basis.
+    known: DVector<f64>,
+    frequencies: Vec<f64>,
+    spacing: f64,
+    largest: f64,
+}
+
+/// Other waves taken out of the normal equations.
+pub struct Beside {
+    normal: DMatrix<f64>,
+    right: DVector<f64>,
+}
+
+impl PitchSearch {
+    /// Looks at what a fit leaves of the training runs, for waves of one family of laws with amplitudes up to `largest`; none where the machine has all of
+    /// the family, or the travel is none.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub fn of(
+        objective: &Objective,
+        fit: &Fit,
+        sensitivities: &Sensitivities,
+        (family, largest): (&[EffectId], f64),
+        travel: Travel,
+    ) -> Result<Option<Self>> {
+        let length = travel.high - travel.low;
+        let fitted = fit.machine(objective.machine)?;
+        let amplitude = SHARE * largest;
+        let basis = || (1..=HALVES).map(|n| 2.0 * length / n as f64);
+        let all = basis().flat_map(|period| Wave::both(period, amplitude));
+        let machines = waves::free(&fitted, family).and_then(|law| waves::machines(&fitted, law, all));
+        let Some(machines) = machines.filter(|_| length > 0.0 && amplitude > 0.0) else { return Ok(None) };
+        let residuals = objective.residuals(&fit.values)?;
+        let responses: Vec<DVector<f64>> = objective
+            .residuals_at(&machines)?
+            .into_iter()
+            .map(|changed| (changed - &residuals) / amplitude)
+            .collect();
+        let responses = DMatrix::from_columns(&responses);
+        let weights = objective.weights(&residuals);
+        let mut weighted = responses.clone();
+        for mut column in weighted.column_iter_mut() {
+            column.component_mul_assign(&weights);
+        }
+        // The waves of the family itself may go elsewhere.
+        let mut jacobian = sensitivities.columns.clone();
+        for (k, free) in fit.hypothesis.free.iter().enumerate() {
+            if free.freedom == Freedom::Cause && family.contains(&free.effect) {
+                jacobian.column_mut(k).fill(0.0);
+            }
+        }
+        let (of_others, gradient) = objective.normal(&jacobian, &residuals, &weights, &fit.values);
+        let cross = weighted.tr_mul(&jacobian) * inverted(&of_others);
+        let normal = weighted.tr_mul(&responses) - &cross * jacobian.tr_mul(&weighted);
+        let right = cross * gradient - weighted.tr_mul(&residuals);
+        let places: Vec<f64> =
+            (0..PLACES).map(|k| travel.low + length * (k as f64 + 0.5) / PLACES as f64).collect();
+        let at = |k: usize, x: f64| wave(2.0 * length / (k / 2 + 1) as f64, x)[k % 2];
+        let values = DMatrix::from_fn(PLACES, 2 * HALVES, |row, k| at(k, places[row]));
+        let Some(factor) = solvable(values.tr_mul(&values)) else { return Ok(None) };
+        let combined = factor.solve(&values.transpose());
+        let (from, to) = (1.0 / travel.longest, MARGIN * HALVES as f64 / (4.0 * length));
+        let spacing = 1.0 / (OVERSAMPLING * length);
+        let count = ((to - from) / spacing).max(0.0) as usize;
+        let frequencies = (0..count).map(|k| from + k as f64 * spacing).collect();
+        let known = DVector::zeros(2 * HALVES);
+        let mut search = Self { combined, places, normal, right, known, frequencies, spacing, largest };
+        for effect in family.iter().filter(|effect| fit.hypothesis.effects.contains(effect)) {
+            search.know(fit, *effect, objective.machine);
+        }
+        Ok(Some(search))
+    }
+
+    /// Takes note of a wave that the hypothesis has.
+    fn know(&mut self, fit: &Fit, effect: EffectId, machine: &Machine) {
+        let names = effect.parameters().iter().map(|parameter| path(effect, parameter.key(machine.motion())));
+        let values: Option<Vec<f64>> = names.map(|name| fit.hypothesis.value(&name, &fit.values)).collect();
+        if let Some([period, amplitudes @ ..]) = values.as_deref() {
+            self.known += self.columns(1.0 / period) * DVector::from_column_slice(amplitudes);
+        }
+    }
+
+    /// Waves that explain most beside those of the hypothesis: pitch and amplitudes as a law has them, best first.
+    pub fn pitches(&self) -> Vec<Vec<f64>> {
+        let beside = Beside { normal: self.normal.clone(), right: self.right.clone() };
+        let all = self.peaks(&beside).into_iter().filter_map(|f| self.laws(&[f], &beside));
+        all.flatten().collect()
+    }
+
+    /// Sets of so many waves that explain most in the place of those that the hypothesis has, the largest wave of a set first.
+    pub fn sets(&self, count: usize) -> Vec<Vec<Vec<f64>>> {
+        let whole = self.beside(&[]);
+        let mut sets: Vec<Vec<f64>> = Vec::new();
+        for first in self.peaks(&whole) {
+            let mut set = relaxed(self, first, count);
+            set.sort_by(f64::total_cmp);
+            if !sets.iter().any(|other| is_same(self, other, &set)) {
+                sets.push(set);
+            }
+        }
+        let size = |values: &Vec<f64>| values[1..].iter().map(|c| c * c).sum::<f64>();
+        let sorted = |mut set: Vec<Vec<f64>>| {
+            set.sort_by(|a, b| size(b).total_cmp(&size(a)));
+            set
+        };
+        sets.iter().filter_map(|set| self.laws(set, &whole)).map(sorted).collect()
+    }
+
+    /// The frequencies that stand out, best first.
+    fn peaks(&self, beside: &Beside) -> Vec<f64> {
+        let gains = self.gains(beside);
+        let is_peak = |k: usize| {
+            let around = k.saturating_sub(PEAK_WIDTH)..(k + PEAK_WIDTH + 1).min(gains.len());
+            gains[k] > 0.0 && around.into_iter().all(|j| gains[j] <= gains[k])
+        };
+        let mut peaks: Vec<usize> = (0..gains.len()).filter(|&k| is_peak(k)).collect();
+        peaks.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
+        let at = |k: usize| undoubled(self, refined(self, self.frequencies[k], beside), beside);
+        peaks.into_iter().take(PEAKS).map(at).collect()
+    }
+
+    /// Periods and amplitudes of waves, all estimated together.
+    fn laws(&self, frequencies: &[f64], beside: &Beside) -> Option<Vec<Vec<f64>>> {
+        let (_, amplitudes) = self.estimated(&self.block(frequencies), beside)?;
+        let bounded = |a: &f64| a.clamp(-self.largest, self.largest);
+        let law = |(f, own): (&f64, &[f64])| {
+            [1.0 / f].into_iter().chain(own.iter().map(bounded)).collect::<Vec<f64>>()
+        };
+        Some(frequencies.iter().zip(amplitudes.as_slice().chunks(4)).map(law).collect())
+    }
+
+    /// What waves explain beside others, and their amplitudes.
+    fn estimated(&self, block: &DMatrix<f64>, beside: &Beside) -> Option<(f64, DVector<f64>)> {
+        let right = block.tr_mul(&beside.right);
+        let amplitudes = solvable(block.tr_mul(&(&beside.normal * block)))?.solve(&right);
+        Some((amplitudes.dot(&right), amplitudes))
+    }
+
+    fn block(&self, frequencies: &[f64]) -> DMatrix<f64> {
+        let blocks: Vec<DMatrix<f64>> = frequencies.iter().map(|f| self.columns(*f)).collect();
+        DMatrix::from_fn(2 * HALVES, 4 * blocks.len(), |row, k| blocks[k / 4][(row, k % 4)])
+    }
+
+    /// The waves of a frequency and of twice that as combinations of the basis: sine, cosine, sine, cosine.
+    fn columns(&self, frequency: f64) -> DMatrix<f64> {
+        let at = |row: usize, column: usize| {
+            let order = if column < 2 { 1.0 } else { 2.0 };
+            wave(1.0 / (order * frequency), self.places[row])[column % 2]
+        };
+        &self.combined * DMatrix::from_fn(PLACES, 4, at)
+    }
+}
+
+impl Spectrum for PitchSearch {
+    type Beside = Beside;
+
+    fn frequencies(&self) -> &[f64] {
+        &self.frequencies
+    }
+
+    fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// In the place of the waves that the hypothesis has.
+    fn beside(&self, frequencies: &[f64]) -> Beside {
+        let right = &self.right + &self.normal * &self.known;
+        let block = self.block(frequencies);
+        let taken = &self.normal * &block;
+        let factor = if frequencies.is_empty() { None } else { solvable(block.tr_mul(&taken)) };
+        let Some(factor) = factor else { return Beside { normal: self.normal.clone(), right } };
+        let normal = &self.normal - &taken * factor.solve(&taken.transpose());
+        let right = &right - &taken * factor.solve(&block.tr_mul(&right));
+        Beside { normal, right }
+    }
+
+    fn gain(&self, frequency: f64, beside: &Beside) -> f64 {
+        self.estimated(&self.columns(frequency), beside).map_or(0.0, |(gain, _)| gain)
+    }
+}
+
+fn wave(period: f64, x: f64) -> [f64; 2] {
+    let (sine, cosine) = (TAU * x / period).sin_cos();
+    [sine, cosine]
+}
+
+fn solvable(mut normal: DMatrix<f64>) -> Option<Cholesky<f64, nalgebra::Dyn>> {
+    let ridge = RIDGE * normal.diagonal().amax().max(f64::MIN_POSITIVE);
+    for k in 0..normal.nrows() {
+        normal[(k, k)] += ridge;
+    }
+    normal.cholesky()
+}

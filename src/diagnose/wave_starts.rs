@@ -1,0 +1,51 @@
+//! Where fits of what repeats along the axis begin, from what the replays of a fit leave.
+
+use super::care::Sensitivities;
+use super::estimate::Screen;
+use super::fit::Fit;
+use super::objective::Objective;
+use super::pitch_search::{PitchSearch, Travel};
+use super::proposals::{Proposals, members};
+use super::selection::Search;
+use crate::effect::EffectId;
+use crate::error::Result;
+
+/// Laws of a force over place that repeats.
+const COGGING: [EffectId; 3] = [EffectId::Cogging, EffectId::SecondCogging, EffectId::ThirdCogging];
+/// Laws of a share of the motor's force that repeats.
+const RIPPLE: [EffectId; 2] = [EffectId::ForceRipple, EffectId::SecondForceRipple];
+/// The largest share of a ripple that a fit begins with: no fit begins where the motor pulls backwards.
+const LARGEST_SHARE: f64 = 0.5;
+
+impl Search<'_> {
+    /// Adds starts of the next law of each family, by itself and together with those that the fit has.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub(super) fn add_waves(
+        &self,
+        proposals: &mut Proposals,
+        fit: &Fit,
+        sensitivities: &Sensitivities,
+        screen: &Screen,
+    ) -> Result<()> {
+        let (low, high) = screen.ends();
+        let travel = Travel { low, high, longest: screen.period_range().1 };
+        let (runs, floor) = (self.training.runs(), &self.floors.common);
+        let mut objective = Objective::new(self.machine, &fit.hypothesis, runs, floor);
+        objective.stride = sensitivities.stride;
+        let effects = &fit.hypothesis.effects;
+        let stated = &self.machine.description().effect;
+        for (family, largest) in [(&COGGING[..], screen.largest_force), (&RIPPLE[..], LARGEST_SHARE)] {
+            let next = family.iter().find(|law| !effects.contains(law) && !stated.contains(**law));
+            let Some(&next) = next.filter(|law| self.catalogue.contains(law)) else { continue };
+            let search = PitchSearch::of(&objective, fit, sensitivities, (family, largest), travel)?;
+            let Some(search) = search else { continue };
+            let members = members(next);
+            let is_found = members.len() > 1 && members.iter().all(|of| *of == next || effects.contains(of));
+            let together = if is_found { search.sets(members.len()) } else { Vec::new() };
+            proposals.add(next, search.pitches(), together);
+        }
+        Ok(())
+    }
+}
