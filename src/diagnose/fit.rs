@@ -111,7 +111,7 @@ impl Fit {
 }
 
 /// Starts that are descended from at most.
-const DESCENTS: usize = 3;
+const DESCENTS: usize = 2;
 
 /// Fits a hypothesis to training runs from its starts, or from `warm` alone, and keeps the best.
 ///

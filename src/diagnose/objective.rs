@@ -169,7 +169,9 @@ impl<'a> Objective<'a> {
     pub(super) fn known_columns(&self, known: &Sensitivities) -> DMatrix<f64> {
         let free = &self.hypothesis.free;
         let mut columns = DMatrix::zeros(known.columns.nrows(), free.len());
-        for (k, free) in free.iter().enumerate().filter(|(_, f)| !self.hypothesis.elsewhere.contains(&f.effect)) {
+        for (k, free) in
+            free.iter().enumerate().filter(|(_, f)| !self.hypothesis.elsewhere.contains(&f.effect))
+        {
             if let Some(column) = known.column(free) {
                 columns.set_column(k, &column);
             }

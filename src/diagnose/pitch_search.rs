@@ -13,8 +13,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use std::f64::consts::TAU;
 
 /// Waves whose responses are taken: of 1 to so many halves of a period over the travel.
-const HALVES: usize = 20;
-/// The shortest pitch has so many of the shortest wave's halves in its second harmonic: waves between two of the basis are told by those around.
+const HALVES: usize = 16;
+/// Share of the basis' highest frequency up to which waves between two of it are told by those around.
 const MARGIN: f64 = 0.9;
 /// Places at which waves are compared with those of the basis.
 const PLACES: usize = 4 * HALVES;
@@ -44,7 +44,7 @@ pub struct Travel {
 ///
 /// # Model
 /// The replay's normalised residuals r change with a wave of amplitude a by R·a, seen through the twin's own loop: the R of sine and cosine of n halves
-/// of a period over the travel, n = 1 … 20, are differences of replays, and those of any other wave are combinations of them. With J the
+/// of a period over the travel, n = 1 … 16, are differences of replays, and those of any other wave are combinations of them. With J the
 /// derivatives by the other numbers, W the weights and N = JᵀWJ + prior:
 /// ```text
 ///   G = Rᵀ(W − W·J·N⁻¹·Jᵀ·W)·R,   b = −Rᵀ·W·r + RᵀWJ·N⁻¹·(gradient)
@@ -54,7 +54,7 @@ pub struct Travel {
 /// periods. Unlike a periodogram of the missing force it weighs every sample by what it tells and takes no derivative of the position.
 ///
 /// # Validity
-/// To first order in the amplitudes. Pitches of a fifth of the travel and more.
+/// To first order in the amplitudes. Pitches of a seventh of the travel and more, their second harmonic from twice that.
 ///
 /// # Source
 /// The score test: C. R. Rao (1948), Math. Proc. Cambridge Philos. Soc. 44:50.
@@ -67,6 +67,8 @@ pub struct PitchSearch {
     /// What the waves of the hypothesis have already, as a combination of the basis.
     known: DVector<f64>,
     frequencies: Vec<f64>,
+    /// The highest spatial frequency of which the basis makes a wave.
+    highest: f64,
     spacing: f64,
     largest: f64,
 }
@@ -126,12 +128,14 @@ impl PitchSearch {
         let values = DMatrix::from_fn(PLACES, 2 * HALVES, |row, k| at(k, places[row]));
         let Some(factor) = solvable(values.tr_mul(&values)) else { return Ok(None) };
         let combined = factor.solve(&values.transpose());
-        let (from, to) = (1.0 / travel.longest, MARGIN * HALVES as f64 / (4.0 * length));
+        let highest = MARGIN * HALVES as f64 / (2.0 * length);
+        let from = 1.0 / travel.longest;
         let spacing = 1.0 / (OVERSAMPLING * length);
-        let count = ((to - from) / spacing).max(0.0) as usize;
+        let count = ((highest - from) / spacing).max(0.0) as usize;
         let frequencies = (0..count).map(|k| from + k as f64 * spacing).collect();
         let known = DVector::zeros(2 * HALVES);
-        let mut search = Self { combined, places, normal, right, known, frequencies, spacing, largest };
+        let mut search =
+            Self { combined, places, normal, right, known, frequencies, highest, spacing, largest };
         for effect in family.iter().filter(|effect| fit.hypothesis.effects.contains(effect)) {
             search.know(fit, *effect, objective.machine);
         }
@@ -211,8 +215,9 @@ impl PitchSearch {
     /// The waves of a frequency and of twice that as combinations of the basis: sine, cosine, sine, cosine.
     fn columns(&self, frequency: f64) -> DMatrix<f64> {
         let at = |row: usize, column: usize| {
-            let order = if column < 2 { 1.0 } else { 2.0 };
-            wave(1.0 / (order * frequency), self.places[row])[column % 2]
+            let frequency = if column < 2 { frequency } else { 2.0 * frequency };
+            // What the basis does not make is left out.
+            if frequency > self.highest { 0.0 } else { wave(1.0 / frequency, self.places[row])[column % 2] }
         };
         &self.combined * DMatrix::from_fn(PLACES, 4, at)
     }

@@ -105,6 +105,10 @@ impl Search<'_> {
             // An effect that led on may have become superfluous.
             self.shrink(found, before)?;
             if !found.is_resolved(found.chosen) {
+                // With another effect in the place of one of them every number may be inside.
+                self.swap(found, before)?;
+            }
+            if !found.is_resolved(found.chosen) {
                 // What led on has led nowhere: the best that was found on the way.
                 found.chosen = sound;
                 let all: Vec<usize> = (0..found.candidates.len()).collect();

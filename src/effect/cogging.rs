@@ -1,7 +1,7 @@
 //! Cogging: a force that depends on position alone.
 
-use super::harmonics::wave;
-use super::law::{infinite, not_positive};
+use super::harmonics::{HIGHER, wave};
+use super::law::{FormNumber, infinite, is_zero, not_positive, outside};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
@@ -10,11 +10,12 @@ use serde::{Deserialize, Serialize};
 /// Cogging (detent force): magnets and teeth attract each other, current or not.
 ///
 /// # Model
-/// `F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ` with `φ = 2π·x/p`, x the axis coordinate. Positive force acts along
-/// positive position.
+/// `F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ + A·(s₃·sin 3φ + c₃·cos 3φ + s₄·sin 4φ + c₄·cos 4φ)` with `φ = 2π·x/p`, x the
+/// axis coordinate, and `A = √(s₁² + c₁²)`. Positive force acts along positive position. The third and the fourth harmonic are numbers of form:
+/// every motor has a few per cent of them, which are calibrated and never named.
 ///
 /// # Validity
-/// Two harmonics of one pitch; no dependence on current or speed. The pitch is found from the data where several
+/// Four harmonics of one pitch; no dependence on current or speed. The pitch is found from the data where several
 /// periods are travelled.
 ///
 /// # Prior
@@ -44,9 +45,26 @@ pub struct Cogging {
     /// c₂ in N, or N·m.
     #[serde(default, alias = "cosine_2_nm")]
     pub cosine_2_n: f64,
+    /// s₃ as a share of A.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sine_3: f64,
+    /// c₃ as a share of A.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub cosine_3: f64,
+    /// s₄ as a share of A.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sine_4: f64,
+    /// c₄ as a share of A.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub cosine_4: f64,
 }
 
 impl Cogging {
+    /// The third and the fourth harmonic.
+    fn higher(&self) -> [f64; 4] {
+        [self.sine_3, self.cosine_3, self.sine_4, self.cosine_4]
+    }
+
     /// Draws cogging of a pitch.
     pub(super) fn of_pitch(pitch: f64, machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let amplitude = prior.log_uniform(0.005, 0.10) * machine.rated_force;
@@ -64,6 +82,7 @@ impl Law for Cogging {
         Parameter::effort("sine_2_n", "sine_2_nm"),
         Parameter::effort("cosine_2_n", "cosine_2_nm"),
     ];
+    const FORM: &'static [FormNumber] = HIGHER;
     const DOORS: &'static [Door] = &[Door::Push];
 
     fn fault(&self) -> Option<String> {
@@ -72,11 +91,20 @@ impl Law for Cogging {
             .or_else(|| infinite("cosine_n", self.cosine_n))
             .or_else(|| infinite("sine_2_n", self.sine_2_n))
             .or_else(|| infinite("cosine_2_n", self.cosine_2_n))
+            .or_else(|| outside("sine_3", self.sine_3, -1.0..=1.0))
+            .or_else(|| outside("cosine_3", self.cosine_3, -1.0..=1.0))
+            .or_else(|| outside("sine_4", self.sine_4, -1.0..=1.0))
+            .or_else(|| outside("cosine_4", self.cosine_4, -1.0..=1.0))
     }
 
     #[inline]
     fn push(&self, position: f64, _velocity: f64) -> f64 {
-        wave(self.period_m, [self.sine_n, self.cosine_n, self.sine_2_n, self.cosine_2_n], position)
+        wave(
+            self.period_m,
+            [self.sine_n, self.cosine_n, self.sine_2_n, self.cosine_2_n],
+            self.higher(),
+            position,
+        )
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
@@ -89,8 +117,8 @@ impl Law for Cogging {
         None
     }
 
-    const EQUATION: &'static str = "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ with φ = 2π·x/p";
-    const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂"];
+    const EQUATION: &'static str = "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ + A·(s₃·sin 3φ + c₃·cos 3φ + s₄·sin 4φ + c₄·cos 4φ) with φ = 2π·x/p, A = √(s₁² + c₁²)";
+    const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂", "s₃", "c₃", "s₄", "c₄"];
     const SOURCE: &'static str = "Gieras, Piech, Tomczuk (2011), Linear Synchronous Motors, section 3.8";
     const SHOWN_BY: &'static str = "Force that repeats along the axis whatever the motor does: slow constant speed over several pitches.";
     const EXAMPLE: &'static [f64] = &[0.012, 8.0, 3.0, 2.0, 0.0];

@@ -1,7 +1,7 @@
 //! Force ripple: a force constant that depends on position.
 
-use super::harmonics::wave;
-use super::law::{infinite, not_positive};
+use super::harmonics::{HIGHER, wave};
+use super::law::{FormNumber, infinite, is_zero, not_positive, outside};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
@@ -10,10 +10,12 @@ use serde::{Deserialize, Serialize};
 /// Force ripple: the motor's force constant varies along its magnets.
 ///
 /// # Model
-/// `F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ)` with `φ = 2π·x/p`, x the axis coordinate.
+/// `F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ + A·(s₃·sin 3φ + c₃·cos 3φ + s₄·sin 4φ + c₄·cos 4φ))` with
+/// `φ = 2π·x/p`, x the axis coordinate, and `A = √(s₁² + c₁²)`. The third and the fourth harmonic are numbers of form, as of
+/// [`Cogging`](super::Cogging).
 ///
 /// # Validity
-/// Two harmonics of one pitch, in proportion to current: what remains without current is cogging. Back-EMF keeps its
+/// Four harmonics of one pitch, in proportion to current: what remains without current is cogging. Back-EMF keeps its
 /// mean constant.
 ///
 /// # Prior
@@ -40,9 +42,26 @@ pub struct ForceRipple {
     /// c₂.
     #[serde(default)]
     pub cosine_2: f64,
+    /// s₃ as a share of A.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sine_3: f64,
+    /// c₃ as a share of A.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub cosine_3: f64,
+    /// s₄ as a share of A.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub sine_4: f64,
+    /// c₄ as a share of A.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub cosine_4: f64,
 }
 
 impl ForceRipple {
+    /// The third and the fourth harmonic.
+    fn higher(&self) -> [f64; 4] {
+        [self.sine_3, self.cosine_3, self.sine_4, self.cosine_4]
+    }
+
     /// Draws ripple of a pitch.
     pub(super) fn of_pitch(pitch: f64, _machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
         let amplitude = prior.log_uniform(0.01, 0.15);
@@ -60,6 +79,7 @@ impl Law for ForceRipple {
         Parameter::same("sine_2", "1"),
         Parameter::same("cosine_2", "1"),
     ];
+    const FORM: &'static [FormNumber] = HIGHER;
     const DOORS: &'static [Door] = &[Door::Ripple];
 
     fn fault(&self) -> Option<String> {
@@ -68,11 +88,15 @@ impl Law for ForceRipple {
             .or_else(|| infinite("cosine", self.cosine))
             .or_else(|| infinite("sine_2", self.sine_2))
             .or_else(|| infinite("cosine_2", self.cosine_2))
+            .or_else(|| outside("sine_3", self.sine_3, -1.0..=1.0))
+            .or_else(|| outside("cosine_3", self.cosine_3, -1.0..=1.0))
+            .or_else(|| outside("sine_4", self.sine_4, -1.0..=1.0))
+            .or_else(|| outside("cosine_4", self.cosine_4, -1.0..=1.0))
     }
 
     #[inline]
     fn ripple(&self, position: f64) -> f64 {
-        wave(self.period_m, [self.sine, self.cosine, self.sine_2, self.cosine_2], position)
+        wave(self.period_m, [self.sine, self.cosine, self.sine_2, self.cosine_2], self.higher(), position)
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {
@@ -85,9 +109,8 @@ impl Law for ForceRipple {
         None
     }
 
-    const EQUATION: &'static str =
-        "F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ) with φ = 2π·x/p";
-    const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂"];
+    const EQUATION: &'static str = "F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ + A·(s₃·sin 3φ + c₃·cos 3φ + s₄·sin 4φ + c₄·cos 4φ)) with φ = 2π·x/p, A = √(s₁² + c₁²)";
+    const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂", "s₃", "c₃", "s₄", "c₄"];
     const SOURCE: &'static str = "Gieras, Piech, Tomczuk (2011), Linear Synchronous Motors, section 3.8";
     const SHOWN_BY: &'static str =
         "Force in proportion to the motor's that repeats along the axis: accelerations over several pitches.";

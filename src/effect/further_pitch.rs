@@ -8,12 +8,12 @@ use serde::{Deserialize, Serialize};
 
 /// A further pitch of a law that repeats along the axis, beside those that are there already.
 macro_rules! further {
-    ($name:ident, $law:ident, $modified:ident, $group:literal, $phrase:literal, $what:literal) => {
+    ($name:ident, $law:ident, $modified:ident, $group:literal, $phrase:literal, $what:literal, $equation:literal) => {
         #[doc = $what]
         ///
         /// # Model
         /// The law of the first pitch, with a pitch of its own, added to it. Motors have several: of the magnets, of the slots, of
-        /// their least common multiple, and of a turn; each has two harmonics here.
+        /// their least common multiple, and of a turn; each further one has two harmonics here.
         ///
         /// # Validity
         /// As the law of the first pitch. It is looked for once the pitch before it is there.
@@ -64,8 +64,8 @@ macro_rules! further {
                 $law::lacks(constants)
             }
 
-            const EQUATION: &'static str = <$law as Law>::EQUATION;
-            const SYMBOLS: &'static [&'static str] = <$law as Law>::SYMBOLS;
+            const EQUATION: &'static str = $equation;
+            const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂"];
             const SOURCE: &'static str = <$law as Law>::SOURCE;
             const SHOWN_BY: &'static str = <$law as Law>::SHOWN_BY;
             const EXAMPLE: &'static [f64] = <$law as Law>::EXAMPLE;
@@ -91,7 +91,8 @@ further!(
     Cogging,
     "cogging",
     "cogging of a second pitch",
-    "Cogging of a second pitch."
+    "Cogging of a second pitch.",
+    "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ with φ = 2π·x/p"
 );
 further!(
     ThirdCogging,
@@ -99,7 +100,8 @@ further!(
     SecondCogging,
     "cogging",
     "cogging of a third pitch",
-    "Cogging of a third pitch."
+    "Cogging of a third pitch.",
+    "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ with φ = 2π·x/p"
 );
 further!(
     SecondForceRipple,
@@ -107,5 +109,6 @@ further!(
     ForceRipple,
     "force_ripple",
     "force ripple of a second pitch",
-    "Force ripple of a second pitch."
+    "Force ripple of a second pitch.",
+    "F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ) with φ = 2π·x/p"
 );

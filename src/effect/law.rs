@@ -343,6 +343,11 @@ pub(super) fn outside(name: &str, value: f64, range: RangeInclusive<f64>) -> Opt
     (!range.contains(&value)).then(|| format!("{name} = {value}, expected {least} to {most}"))
 }
 
+/// Whether a number is what it is where a file does not state it.
+pub(super) fn is_zero(number: &f64) -> bool {
+    *number == 0.0
+}
+
 /// The sentence for a parameter that must be finite.
 pub(super) fn infinite(name: &str, value: f64) -> Option<String> {
     let most = largest(name);

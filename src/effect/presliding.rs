@@ -1,6 +1,6 @@
 //! Presliding friction: bristles that deflect before they slide.
 
-use super::law::{beyond, negative, not_positive, outside};
+use super::law::{beyond, is_zero, negative, not_positive, outside};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
 use super::{Constants, EffectId, FormNumber, Law, Likeness, Nominal, Parameter, Site, Stretch};
@@ -44,10 +44,6 @@ pub struct Presliding {
     /// p, how steeply the damping fades; 2 where it is not stated.
     #[serde(default = "gaussian", skip_serializing_if = "is_gaussian")]
     pub fading_exponent: f64,
-}
-
-fn is_zero(number: &f64) -> bool {
-    *number == 0.0
 }
 
 fn gaussian() -> f64 {

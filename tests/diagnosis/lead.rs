@@ -23,7 +23,7 @@ fn error(run: &Run, machine: &Machine) -> f64 {
 }
 
 /// Where a stroke follows before the base has come to rest no signal tells how it swings at the cut. The motion before does: the machine's own
-/// twin replays each piece a hundred times closer than from what the samples at the cut tell.
+/// twin replays each piece ten times closer than from what the samples at the cut tell.
 #[test]
 fn exact_a_piece_begins_with_the_motion_before() {
     let machine = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
@@ -49,7 +49,7 @@ fn exact_a_piece_begins_with_the_motion_before() {
         let bare = Run::new("bare", piece.motion(), piece.sample_period_s(), signals).unwrap();
         let [led, bare] = [piece, &bare].map(|run| error(run, &machine));
         println!("{}: {led:.2e} m, {bare:.2e} m without what was before", piece.name());
-        assert!(led < 0.01 * bare && bare > 1e-7);
+        assert!(led < 0.1 * bare && bare > 1e-7);
         cut += 1;
     }
     assert!(cut > 0);
