@@ -59,16 +59,12 @@ pub struct Travel {
 /// # Source
 /// The score test: C. R. Rao (1948), Math. Proc. Cambridge Philos. Soc. 44:50.
 pub struct PitchSearch {
-    /// Combination of the basis for values at the places.
-    combined: DMatrix<f64>,
-    places: Vec<f64>,
+    basis: Basis,
     normal: DMatrix<f64>,
     right: DVector<f64>,
     /// What the waves of the hypothesis have already, as a combination of the basis.
     known: DVector<f64>,
     frequencies: Vec<f64>,
-    /// The highest spatial frequency of which the basis makes a wave.
-    highest: f64,
     spacing: f64,
     largest: f64,
 }
@@ -92,19 +88,15 @@ impl PitchSearch {
         (family, largest): (&[EffectId], f64),
         travel: Travel,
     ) -> Result<Option<Self>> {
-        let length = travel.high - travel.low;
         let fitted = fit.machine(objective.machine)?;
         let amplitude = SHARE * largest;
-        let basis = || (1..=HALVES).map(|n| 2.0 * length / n as f64);
-        let all = basis().flat_map(|period| Wave::both(period, amplitude));
-        let machines = waves::free(&fitted, family).and_then(|law| waves::machines(&fitted, law, all));
-        let Some(machines) = machines.filter(|_| length > 0.0 && amplitude > 0.0) else { return Ok(None) };
+        let basis = Basis::over(travel).filter(|_| amplitude > 0.0);
+        let Some((basis, law)) = basis.zip(waves::free(&fitted, family)) else { return Ok(None) };
+        let Some(machines) = waves::machines(&fitted, law, basis.waves(amplitude)) else { return Ok(None) };
         let residuals = objective.residuals(&fit.values)?;
-        let responses: Vec<DVector<f64>> = objective
-            .residuals_at(&machines)?
-            .into_iter()
-            .map(|changed| (changed - &residuals) / amplitude)
-            .collect();
+        let changed = objective.residuals_at(&machines)?;
+        let responses: Vec<DVector<f64>> =
+            changed.into_iter().map(|changed| (changed - &residuals) / amplitude).collect();
         let responses = DMatrix::from_columns(&responses);
         let weights = objective.weights(&residuals);
         let mut weighted = responses.clone();
@@ -122,20 +114,11 @@ impl PitchSearch {
         let cross = weighted.tr_mul(&jacobian) * inverted(&of_others);
         let normal = weighted.tr_mul(&responses) - &cross * jacobian.tr_mul(&weighted);
         let right = cross * gradient - weighted.tr_mul(&residuals);
-        let places: Vec<f64> =
-            (0..PLACES).map(|k| travel.low + length * (k as f64 + 0.5) / PLACES as f64).collect();
-        let at = |k: usize, x: f64| wave(2.0 * length / (k / 2 + 1) as f64, x)[k % 2];
-        let values = DMatrix::from_fn(PLACES, 2 * HALVES, |row, k| at(k, places[row]));
-        let Some(factor) = solvable(values.tr_mul(&values)) else { return Ok(None) };
-        let combined = factor.solve(&values.transpose());
-        let highest = MARGIN * HALVES as f64 / (2.0 * length);
-        let from = 1.0 / travel.longest;
-        let spacing = 1.0 / (OVERSAMPLING * length);
-        let count = ((highest - from) / spacing).max(0.0) as usize;
+        let (from, spacing) = (1.0 / travel.longest, 1.0 / (OVERSAMPLING * basis.length));
+        let count = ((basis.highest() - from) / spacing).max(0.0) as usize;
         let frequencies = (0..count).map(|k| from + k as f64 * spacing).collect();
         let known = DVector::zeros(2 * HALVES);
-        let mut search =
-            Self { combined, places, normal, right, known, frequencies, highest, spacing, largest };
+        let mut search = Self { basis, normal, right, known, frequencies, spacing, largest };
         for effect in family.iter().filter(|effect| fit.hypothesis.effects.contains(effect)) {
             search.know(fit, *effect, objective.machine);
         }
@@ -147,7 +130,7 @@ impl PitchSearch {
         let names = effect.parameters().iter().map(|parameter| path(effect, parameter.key(machine.motion())));
         let values: Option<Vec<f64>> = names.map(|name| fit.hypothesis.value(&name, &fit.values)).collect();
         if let Some([period, amplitudes @ ..]) = values.as_deref() {
-            self.known += self.columns(1.0 / period) * DVector::from_column_slice(amplitudes);
+            self.known += self.basis.columns(1.0 / period) * DVector::from_column_slice(amplitudes);
         }
     }
 
@@ -208,18 +191,8 @@ impl PitchSearch {
     }
 
     fn block(&self, frequencies: &[f64]) -> DMatrix<f64> {
-        let blocks: Vec<DMatrix<f64>> = frequencies.iter().map(|f| self.columns(*f)).collect();
+        let blocks: Vec<DMatrix<f64>> = frequencies.iter().map(|f| self.basis.columns(*f)).collect();
         DMatrix::from_fn(2 * HALVES, 4 * blocks.len(), |row, k| blocks[k / 4][(row, k % 4)])
-    }
-
-    /// The waves of a frequency and of twice that as combinations of the basis: sine, cosine, sine, cosine.
-    fn columns(&self, frequency: f64) -> DMatrix<f64> {
-        let at = |row: usize, column: usize| {
-            let frequency = if column < 2 { frequency } else { 2.0 * frequency };
-            // What the basis does not make is left out.
-            if frequency > self.highest { 0.0 } else { wave(1.0 / frequency, self.places[row])[column % 2] }
-        };
-        &self.combined * DMatrix::from_fn(PLACES, 4, at)
     }
 }
 
@@ -247,8 +220,55 @@ impl Spectrum for PitchSearch {
     }
 
     fn gain(&self, frequency: f64, beside: &Beside) -> f64 {
-        self.estimated(&self.columns(frequency), beside).map_or(0.0, |(gain, _)| gain)
+        self.estimated(&self.basis.columns(frequency), beside).map_or(0.0, |(gain, _)| gain)
     }
+}
+
+/// Waves of 1, 2, … halves of a period over a travel, of which any longer wave is a combination there.
+struct Basis {
+    length: f64,
+    places: Vec<f64>,
+    /// The combination for values at the places.
+    combined: DMatrix<f64>,
+}
+
+impl Basis {
+    /// The basis over a travel; none where that has no length.
+    fn over(travel: Travel) -> Option<Self> {
+        let length = travel.high - travel.low;
+        let place = |k: usize| travel.low + length * (k as f64 + 0.5) / PLACES as f64;
+        let places: Vec<f64> = (0..PLACES).map(place).collect();
+        let values = DMatrix::from_fn(PLACES, 2 * HALVES, |row, k| {
+            wave(period(length, k / 2 + 1), places[row])[k % 2]
+        });
+        let factor = if length > 0.0 { solvable(values.tr_mul(&values)) } else { None };
+        Some(Self { length, combined: factor?.solve(&values.transpose()), places })
+    }
+
+    /// Its waves with this amplitude.
+    fn waves(&self, amplitude: f64) -> impl Iterator<Item = Wave> + use<'_> {
+        (1..=HALVES).flat_map(move |halves| Wave::both(period(self.length, halves), amplitude))
+    }
+
+    /// The highest spatial frequency of which it makes a wave.
+    fn highest(&self) -> f64 {
+        MARGIN / period(self.length, HALVES)
+    }
+
+    /// The waves of a frequency and of twice that as combinations of the basis: sine, cosine, sine, cosine.
+    fn columns(&self, frequency: f64) -> DMatrix<f64> {
+        let at = |row: usize, column: usize| {
+            let frequency = if column < 2 { frequency } else { 2.0 * frequency };
+            // What the basis does not make is left out.
+            if frequency > self.highest() { 0.0 } else { wave(1.0 / frequency, self.places[row])[column % 2] }
+        };
+        &self.combined * DMatrix::from_fn(PLACES, 4, at)
+    }
+}
+
+/// Period of a wave with so many halves of one over a length.
+fn period(length: f64, halves: usize) -> f64 {
+    2.0 * length / halves as f64
 }
 
 fn wave(period: f64, x: f64) -> [f64; 2] {
@@ -262,4 +282,32 @@ fn solvable(mut normal: DMatrix<f64>) -> Option<Cholesky<f64, nalgebra::Dyn>> {
         normal[(k, k)] += ridge;
     }
     normal.cholesky()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Waves between those of the basis, and those longer than the travel, are combinations of it, at places between those that they were
+    /// compared at too.
+    #[test]
+    fn exact_any_longer_wave_is_a_combination_of_the_basis() {
+        let basis = Basis::over(Travel { low: -0.01, high: 0.05, longest: 0.09 }).unwrap();
+        let steps = 200;
+        for k in 1..steps {
+            let frequency = basis.highest() * f64::from(k) / f64::from(steps);
+            let columns = basis.columns(frequency);
+            for place in 0..61 {
+                let x = -0.01 + 0.001 * f64::from(place);
+                let own = basis.waves(1.0).map(|w| {
+                    let [sine, cosine] = wave(w.period, x);
+                    w.sine * sine + w.cosine * cosine
+                });
+                let made = columns.tr_mul(&DVector::from_iterator(2 * HALVES, own));
+                let [sine, cosine] = wave(1.0 / frequency, x);
+                assert!((made[0] - sine).abs() < 0.02 && (made[1] - cosine).abs() < 0.02, "{frequency} {x}");
+            }
+        }
+        assert!(Basis::over(Travel { low: 0.02, high: 0.02, longest: 0.09 }).is_none());
+    }
 }

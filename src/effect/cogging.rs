@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 /// Cogging (detent force): magnets and teeth attract each other, current or not.
 ///
 /// # Model
-/// `F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ + A·(s₃·sin 3φ + c₃·cos 3φ + s₄·sin 4φ + c₄·cos 4φ)` with `φ = 2π·x/p`, x the
-/// axis coordinate, and `A = √(s₁² + c₁²)`. Positive force acts along positive position. The third and the fourth harmonic are numbers of form:
+/// `F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ + A·(s₃·sin 3φ + c₃·cos 3φ + s₄·sin 4φ + c₄·cos 4φ)` with `φ = 2π·x/p`,
+/// `A = √(s₁² + c₁²)` and x the axis coordinate. Positive force acts along positive position. The third and the fourth harmonic are numbers of form:
 /// every motor has a few per cent of them, which are calibrated and never named.
 ///
 /// # Validity

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Model
 /// `F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ + A·(s₃·sin 3φ + c₃·cos 3φ + s₄·sin 4φ + c₄·cos 4φ))` with
-/// `φ = 2π·x/p`, x the axis coordinate, and `A = √(s₁² + c₁²)`. The third and the fourth harmonic are numbers of form, as of
-/// [`Cogging`](super::Cogging).
+/// `φ = 2π·x/p`, `A = √(s₁² + c₁²)` and x the axis coordinate. The third and the fourth harmonic are numbers of form, as of
+/// [`Cogging`](super::Cogging). A further pitch has none of them: `F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ)`.
 ///
 /// # Validity
 /// Four harmonics of one pitch, in proportion to current: what remains without current is cogging. Back-EMF keeps its

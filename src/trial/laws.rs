@@ -22,7 +22,7 @@ pub struct Otherwise {
     /// How their damping fades.
     #[serde(default)]
     pub bristle_fading: Fading,
-    /// Third and fourth harmonic of cogging and force ripple as shares of the first; the catalogue has two harmonics.
+    /// Third and fourth harmonic of cogging and force ripple as shares of the first; the catalogue calibrates these as numbers of form.
     pub harmonics: [f64; 2],
     /// Their phases in rad.
     pub phases: [f64; 2],

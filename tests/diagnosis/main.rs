@@ -18,6 +18,7 @@ mod lead;
 mod missing_signals;
 mod next_experiment;
 mod payload_lever;
+mod pitch_search;
 mod servo_diagnosis;
 mod stretches;
 mod two_sensors;
