@@ -12,6 +12,7 @@ pub mod cause;
 pub mod check;
 pub mod compare;
 mod conclude;
+mod continuation;
 pub mod cut;
 mod dead_reference;
 pub mod decide;

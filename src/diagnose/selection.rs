@@ -78,6 +78,7 @@ impl Search<'_> {
                 break;
             }
         }
+        self.continue_to_equals(&mut found)?;
         self.converge(&mut found, before, LEAST_SHARE)?;
         // Which explanations count beside the chosen one depends on it.
         for _ in 0..MOST_EFFECTS {
@@ -207,7 +208,7 @@ impl Search<'_> {
     }
 
     /// Makes a candidate ready to be built upon.
-    fn prepare(&self, found: &mut Found, index: usize) -> Result<()> {
+    pub(super) fn prepare(&self, found: &mut Found, index: usize) -> Result<()> {
         if !found.bases.contains_key(&index) {
             let fit = &found.candidates[index].fit;
             let machine = fit.machine(self.machine)?;
@@ -325,7 +326,12 @@ impl Search<'_> {
         behind.then_some(&own.fit)
     }
 
-    fn evaluate(&self, hypothesis: &Hypothesis, warm: Option<&[f64]>, care: Care) -> Result<Candidate> {
+    pub(super) fn evaluate(
+        &self,
+        hypothesis: &Hypothesis,
+        warm: Option<&[f64]>,
+        care: Care,
+    ) -> Result<Candidate> {
         let fit = fit(self.machine, hypothesis, self.training, &self.floors.common, warm, care)?;
         let names: Vec<&str> = hypothesis.effects.iter().map(|e| e.name()).collect();
         (self.progress)(Progress::Fitted(&names.join(" + ")));

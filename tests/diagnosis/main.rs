@@ -11,6 +11,7 @@ mod diagnose;
 mod discrepancy;
 mod effects;
 mod emps;
+mod equals;
 mod friction_pairs;
 mod gate;
 mod grinder_yaxis;

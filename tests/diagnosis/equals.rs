@@ -1,0 +1,93 @@
+//! Effects that nobody can tell apart on these signals, beside a pitch whose length depends on which of them acts.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
+
+use crate::support::strokes::{Cell, Strokes};
+use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::effect::EffectId;
+use slideway::machine::Machine;
+use slideway::recording::{Recording, Role, Run, Signal};
+use std::path::Path;
+
+const CELLS: [Cell; 4] = [
+    (0.018, 1.16, Role::Training),
+    (0.013, 0.61, Role::Training),
+    (0.019, 1.9, Role::Training),
+    (0.017, 0.9, Role::HeldOut),
+];
+
+const CATALOGUE: [EffectId; 9] = [
+    EffectId::LoopDelay,
+    EffectId::AmplifierOffset,
+    EffectId::ForceConstant,
+    EffectId::Cogging,
+    EffectId::ViscousFriction,
+    EffectId::CoulombFriction,
+    EffectId::CableSpring,
+    EffectId::Payload,
+    EffectId::EncoderScale,
+];
+
+const HIDDEN: [(&str, f64); 6] = [
+    ("effect.payload.mass_kg", 82.0),
+    ("effect.cogging.period_m", 0.01186),
+    ("effect.cogging.sine_n", -0.139),
+    ("effect.cogging.cosine_n", -0.005),
+    ("effect.cogging.cosine_2_n", -0.018),
+    ("effect.amplifier_offset.offset_v", 2.55e-3),
+];
+
+/// An axis of which position, velocity and effort are logged, and what is told of it.
+fn told(hidden: &[(&str, f64)], kept: &[Signal]) -> Diagnosis {
+    let stated = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/emps")).unwrap();
+    let settings = hidden.iter().map(|&(path, value)| (path, value.into()));
+    let real = stated.with_settings(settings).unwrap();
+    let whole = Strokes::both_ways(&stated, &real, 17).recording(&CELLS);
+    let thinned = |run: &Run| {
+        let signals = run.signals().iter().filter(|(signal, _)| kept.contains(signal));
+        run.with_signals(signals.map(|(signal, samples)| (*signal, samples.clone())).collect()).unwrap()
+    };
+    let recording = Recording::new(whole.runs().iter().map(thinned).collect()).unwrap();
+    let options = Options { catalogue: &CATALOGUE, ..Options::default() };
+    let d = diagnose(&stated, &recording, &options).unwrap();
+    println!("{:?} G {:.2} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
+    for cause in &d.causes {
+        println!("   {} {:.3} {:?}", cause.effect, cause.probability, cause.confusable_with);
+    }
+    for ranked in d.ranking.iter().take(4) {
+        println!("   {ranked:?}");
+    }
+    d
+}
+
+const DRIVE: [Signal; 4] =
+    [Signal::PositionReference, Signal::Position, Signal::Velocity, Signal::ControlEffort];
+
+/// Without current and thrust a payload, a force constant and the scale of the only encoder are equals (f·Kt·i = m·a), and a cogging beside them has
+/// another pitch for each: the scale of the encoder is no certain answer to a payload.
+#[test]
+fn ref_equals_are_told_beside_a_pitch_that_depends_on_them() {
+    let d = told(&HIDDEN, &DRIVE);
+    assert_eq!(d.verdict, Verdict::Undecided);
+    let covers = |name: &str| d.causes.iter().any(|cause| cause.covers(name));
+    assert!(["payload", "encoder_scale", "force_constant", "cogging"].iter().all(|name| covers(name)));
+    let probability = |name: &str| d.effects.iter().find(|e| e.effect == name).unwrap().probability;
+    for equal in ["payload", "encoder_scale", "force_constant"] {
+        assert!(probability(equal) > 0.2, "{equal}: {}", probability(equal));
+    }
+    assert!(d.gap.after < 1.25, "{:?}", d.gap);
+}
+
+/// Where nothing can do what an effect does, continuation leads nowhere: a delay and a spring are named, and no equals.
+#[test]
+fn ref_effects_without_equals_stay_alone() {
+    let hidden = [
+        ("effect.loop_delay.delay_s", 1.5e-3),
+        ("effect.cable_spring.stiffness_n_per_m", 800.0),
+        ("effect.cable_spring.centre_m", 5e-3),
+    ];
+    let d = told(&hidden, &DRIVE);
+    let mut names: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    names.sort_unstable();
+    assert_eq!((d.verdict, names), (Verdict::Cause, vec!["cable_spring", "loop_delay"]));
+    assert!(d.causes.iter().all(|cause| cause.confusable_with.is_empty()));
+}
