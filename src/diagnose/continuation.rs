@@ -2,10 +2,9 @@
 
 use super::care::Care;
 use super::descent::descend;
-use super::experiment::Training;
 use super::fit::{Fit, inverted};
 use super::found::{Base, Candidate, Found};
-use super::hypothesis::{EffectSet, Freedom, Hypothesis, has_modified};
+use super::hypothesis::{EffectSet, Free, Freedom, Hypothesis, has_modified};
 use super::objective::Objective;
 use super::selection::Search;
 use crate::effect::EffectId;
@@ -143,15 +142,13 @@ impl Search<'_> {
             fit.hypothesis.value(&free.path, &fit.values).unwrap_or(free.neutral)
         };
         let values: Vec<f64> = (0..hypothesis.free.len()).map(neutral).collect();
-        let is_inside = |(free, value): (&super::hypothesis::Free, &f64)| {
-            value.is_finite() && (free.range.0..=free.range.1).contains(value)
-        };
+        let is_inside =
+            |(free, value): (&Free, &f64)| value.is_finite() && (free.range.0..=free.range.1).contains(value);
         hypothesis.free.iter().zip(&values).all(is_inside).then_some((hypothesis, values))
     }
 
     fn objective<'a>(&'a self, hypothesis: &'a Hypothesis) -> Objective<'a> {
-        let training: &Training = self.training;
-        Objective::new(self.machine, hypothesis, training.runs(), &self.floors.common)
+        Objective::new(self.machine, hypothesis, self.training.runs(), &self.floors.common)
     }
 }
 
