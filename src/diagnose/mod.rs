@@ -51,6 +51,7 @@ mod run_setting;
 mod segments;
 pub mod selection;
 pub mod shape;
+mod short_travel;
 pub mod smooth;
 pub mod untested;
 pub mod verdict;
@@ -252,6 +253,8 @@ impl<'a> Ready<'a> {
             None => self.next_experiment(found, verdict, &mut causes)?,
         };
         self.set_phases(&mut causes, &improved)?;
+        let runs: Vec<&Experiment> = self.training.runs().iter().chain(self.held_out.runs()).collect();
+        short_travel::qualify(&mut causes, self.machine, &runs, options.catalogue);
         let gap = conclude::gap(
             [self.machine, &improved],
             [&self.before, &chosen.score],

@@ -61,6 +61,11 @@ pub fn untested(machine: &Machine, runs: &[&Experiment], catalogue: &[EffectId])
     list.into_iter().flatten().filter(|untested| !untested.effects.is_empty()).collect()
 }
 
+/// Travel of all runs together, in m or rad.
+pub(super) fn travel(runs: &[&Experiment]) -> f64 {
+    Extent::of(runs).travel
+}
+
 /// What the runs did.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Extent {

@@ -2,10 +2,12 @@
 
 use super::harmonics::{HIGHER, wave};
 use super::law::{FormNumber, infinite, is_zero, not_positive, outside};
-use super::prior::{Machinery, Prior};
+use super::prior::{A_TURN, Machinery, PITCHES_M, Prior};
 use super::unlike::Unlike;
 use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use crate::units::Motion;
 use serde::{Deserialize, Serialize};
+use std::f64::consts::TAU;
 
 /// Cogging (detent force): magnets and teeth attract each other, current or not.
 ///
@@ -63,6 +65,15 @@ impl Cogging {
     /// The third and the fourth harmonic.
     fn higher(&self) -> [f64; 4] {
         [self.sine_3, self.cosine_3, self.sine_4, self.cosine_4]
+    }
+
+    /// The longest pitch of a motor with these constants, in m or rad: the longest that the machine's file states, else 60 mm, or half a turn.
+    pub fn longest_pitch(constants: &Constants, motion: Motion) -> f64 {
+        let usual = match motion {
+            Motion::Prismatic => PITCHES_M.1,
+            Motion::Revolute => TAU / A_TURN.0,
+        };
+        constants.stated_pitches.iter().copied().reduce(f64::max).unwrap_or(usual)
     }
 
     /// Draws cogging of a pitch.

@@ -9,11 +9,11 @@ use std::f64::consts::TAU;
 /// Magnet and slot pitches of linear motors in m.
 ///
 /// Catalogues of iron-core and ironless linear motors; Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs Handbook*.
-const PITCHES_M: (f64, f64) = (0.010, 0.060);
+pub(super) const PITCHES_M: (f64, f64) = (0.010, 0.060);
 /// Poles, slots and their least common multiple in a turn of rotary motors: 84 is that of 12 slots and 14 poles.
 ///
 /// Zhu, Howe (2000), *Influence of design parameters on cogging torque in permanent magnet machines*.
-const A_TURN: (f64, f64) = (2.0, 84.0);
+pub(super) const A_TURN: (f64, f64) = (2.0, 84.0);
 /// Radii in m at which bearings roll, seals rub and discs are graduated.
 ///
 /// Dimension tables of rolling-bearing and rotary-encoder catalogues.

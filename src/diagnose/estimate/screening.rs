@@ -278,7 +278,7 @@ impl Beside {
 const LEAST_OWN: f64 = 1e-6;
 
 /// A fit may look for a pitch so many times the longest from which it starts.
-const BEYOND_TRAVEL: f64 = 1.5;
+pub const BEYOND_TRAVEL: f64 = 1.5;
 
 fn root_mean_square(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0usize), |(s, n), v| (s + v * v, n + 1));
