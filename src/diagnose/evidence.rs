@@ -216,6 +216,15 @@ impl Score {
         move |signal| deflation(Channel::Signal(signal))
     }
 
+    /// The signals of the control loop that the log-likelihood counts, each with its lag-summed autocorrelation.
+    pub fn counted(&self) -> Vec<(Signal, f64)> {
+        let of = |(channel, inflation): &(Channel, f64)| match channel {
+            Channel::Signal(signal) if Some(*signal) != self.second_sensor => Some((*signal, *inflation)),
+            _ => None,
+        };
+        self.inflation.iter().filter_map(of).collect()
+    }
+
     fn channel_deflations(&self) -> impl Fn(Channel) -> f64 + use<> {
         let levels = self.channel_levels(None);
         let inflation = self.inflation.clone();

@@ -5,6 +5,7 @@ use super::evidence::{MOST, Score, bootstrap};
 use super::fit::{Fit, SIGNIFICANCE, Sensitivities};
 use super::folds::Folds;
 use super::hypothesis::{EffectSet, Freedom};
+use super::predictive::Predictive;
 use super::proposals::Proposals;
 use crate::effect::EffectId;
 use std::collections::BTreeMap;
@@ -14,8 +15,10 @@ use std::collections::BTreeMap;
 pub struct Candidate {
     /// The fit.
     pub fit: Fit,
-    /// Its score on the held-out runs.
+    /// Its score on the held-out runs, as fitted.
     pub score: Score,
+    /// Its posterior-predictive score, by which explanations are compared.
+    pub predictive: Predictive,
     /// Whether the score is by a noise floor of its own: its effects make noise.
     pub has_own_floor: bool,
     /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
@@ -26,6 +29,19 @@ impl Candidate {
     /// Its effects.
     pub fn effects(&self) -> &EffectSet {
         &self.fit.hypothesis.effects
+    }
+
+    /// Posterior-predictive log-likelihood of each block of the held-out runs; see [`Score::log_likelihoods`].
+    fn log_likelihoods(&self, reference: &Score) -> Vec<f64> {
+        let mut blocks = self.predictive.score.log_likelihoods(reference);
+        let cost = self.predictive.cost / blocks.len().max(1) as f64;
+        blocks.iter_mut().for_each(|block| *block -= cost);
+        blocks
+    }
+
+    /// Mean square that it leaves.
+    fn left(&self) -> f64 {
+        self.predictive.score.mean_square()
     }
 }
 
@@ -80,7 +96,7 @@ impl Found {
     }
 
     pub(super) fn likelihood(&self, index: usize) -> f64 {
-        self.candidates[index].score.log_likelihoods(self.reference()).iter().sum()
+        self.candidates[index].log_likelihoods(self.reference()).iter().sum()
     }
 
     /// Log-likelihood less the price of the effects.
@@ -106,8 +122,13 @@ impl Found {
             && self.beyond_chance(self.chosen, 0)
     }
 
+    /// Mean square that a candidate leaves.
+    pub(super) fn left(&self, index: usize) -> f64 {
+        self.candidates[index].left()
+    }
+
     pub(super) fn is_adequate(&self, index: usize) -> bool {
-        self.candidates[index].score.is_adequate()
+        self.candidates[index].predictive.score.is_adequate()
     }
 
     /// Whether a candidate may take the chosen one's place.
@@ -122,7 +143,7 @@ impl Found {
     /// Whether a candidate explains most of what is open, though a number of it ran off or an effect found before does not show
     /// any more: with what is missing beside it, the one may be found inside, and the other be taken out.
     pub(super) fn may_lead_on(&self, index: usize, before: &Score) -> bool {
-        let open = |k: usize| self.candidates[k].score.mean_square() - 1.0;
+        let open = |k: usize| self.candidates[k].left() - 1.0;
         index != self.chosen
             && self.candidates[index].thorough
             && open(index) < MOST * open(self.chosen)
@@ -174,7 +195,7 @@ impl Found {
 
     /// Whether the chosen explanation leaves so much open that closing it would be worth naming.
     pub(super) fn has_material_left(&self, before: &Score) -> bool {
-        let left = self.candidates[self.chosen].score.mean_square();
+        let left = self.candidates[self.chosen].left();
         self.chosen == 0
             || !self.is_adequate(self.chosen)
             || left - 1.0 > self.limits.open_share * self.uncalibrated(before)
@@ -220,7 +241,7 @@ impl Found {
         if self.is_settled {
             return index != self.chosen && self.likelihood(index) > self.likelihood(self.chosen);
         }
-        let (other, chosen) = (&self.candidates[index].score, &self.candidates[self.chosen].score);
+        let (other, chosen) = (&self.candidates[index], &self.candidates[self.chosen]);
         let (more, own) = (self.candidates[index].effects(), self.effects());
         let numbers = |k: usize| self.candidates[k].fit.hypothesis.numbers();
         let is_fuller = more.len() > own.len() || numbers(index) > numbers(self.chosen);
@@ -229,7 +250,7 @@ impl Found {
         index != self.chosen
             && is_fuller
             && !self.is_adequate(self.chosen)
-            && other.mean_square() < chosen.mean_square()
+            && other.left() < chosen.left()
             && !self.worth_naming(index, self.chosen, before)
     }
 
@@ -242,10 +263,9 @@ impl Found {
     pub(super) fn beyond_chance(&self, a: usize, b: usize) -> bool {
         let reference = self.reference();
         let gains: Vec<f64> = self.candidates[a]
-            .score
             .log_likelihoods(reference)
             .iter()
-            .zip(self.candidates[b].score.log_likelihoods(reference))
+            .zip(self.candidates[b].log_likelihoods(reference))
             .map(|(a, b)| a - b)
             .collect();
         let more = self.candidates[a].effects().len() as f64 - self.candidates[b].effects().len() as f64;
@@ -260,7 +280,7 @@ impl Found {
     /// Whether the step from `b` to `a` matters: it makes an inadequate explanation adequate, closes more of the gap than may stay
     /// open, or most of what `b` leaves: a large gap must not hide a small cause that is most of the rest.
     pub(super) fn worth_naming(&self, a: usize, b: usize, before: &Score) -> bool {
-        let (after, now) = (&self.candidates[a].score, &self.candidates[b].score);
+        let [after, now] = [a, b].map(|k| &self.candidates[k].predictive.score);
         let gained = now.mean_square() - after.mean_square();
         let is_most_of_rest = gained >= MOST * (now.mean_square() - 1.0);
         let of_rest = !now.is_adequate() && (after.is_adequate() || is_most_of_rest);
@@ -269,7 +289,7 @@ impl Found {
 
     /// What calibration leaves open, as mean square above noise: the gap that causes are measured by.
     fn uncalibrated(&self, before: &Score) -> f64 {
-        self.candidates[0].score.mean_square().min(before.mean_square()) - 1.0
+        self.candidates[0].left().min(before.mean_square()) - 1.0
     }
 }
 
@@ -283,9 +303,10 @@ pub fn price(effects: &EffectSet, stated: &EffectSet) -> f64 {
 }
 
 fn reference(candidates: &[Candidate]) -> &Score {
-    let least = |a: &&Candidate, b: &&Candidate| a.score.mean_square().total_cmp(&b.score.mean_square());
+    let least = |a: &&Candidate, b: &&Candidate| a.left().total_cmp(&b.left());
     // There is always the candidate that leaves the twin as it is.
-    candidates.iter().min_by(least).map_or(&candidates[0].score, |candidate| &candidate.score)
+    let best = candidates.iter().min_by(least).unwrap_or(&candidates[0]);
+    &best.predictive.score
 }
 
 /// Draws of the bootstrap over which the posterior is averaged.
@@ -300,7 +321,7 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let stands =
         |index| !found.is_refinement(index, before) && !found.has_noise_line(index) && is_borne_out(index);
     let stands: Vec<bool> = (0..candidates.len()).map(stands).collect();
-    let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.score.log_likelihoods(best)).collect();
+    let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.log_likelihoods(best)).collect();
     let mut sum = vec![0.0; candidates.len()];
     for weights in bootstrap(best.blocks(), DRAWS) {
         let likelihood = |k: usize| blocks[k].iter().zip(&weights).map(|(l, w)| l * w).sum::<f64>();
@@ -351,7 +372,9 @@ pub(super) mod tests {
             shown: effects.clone(),
             hypothesis: Hypothesis { effects, free, starts: vec![], elsewhere: EffectSet::new() },
         };
-        Candidate { fit, score: Score::even(mean_square), has_own_floor: false, thorough: true }
+        let score = Score::even(mean_square);
+        let predictive = Predictive { score: score.clone(), cost: 0.0 };
+        Candidate { fit, score, predictive, has_own_floor: false, thorough: true }
     }
 
     pub(in crate::diagnose) fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {

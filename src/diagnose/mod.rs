@@ -43,6 +43,7 @@ pub mod parameter;
 pub mod phase;
 mod pitch_search;
 pub mod place;
+mod predictive;
 pub mod proposals;
 pub mod prove;
 pub mod residual_whiteness;

@@ -78,8 +78,13 @@ impl Motion {
         let smoothed = |force: Option<Vec<f64>>| -> Vec<f64> {
             force.map(|force| smooth(&force)[0].clone()).unwrap_or_default()
         };
-        let motor_force = smoothed(motor_force(experiment, &constants));
-        let drive_force = smoothed(drive_force(experiment, &constants));
+        let raw_drive_force =
+            drive_force(experiment, &constants, &velocity, &|force| smooth(force)[0].clone());
+        let motor_force = match run.signal(Signal::Thrust) {
+            Some(thrust) => smoothed(Some(thrust.to_vec())),
+            None => smoothed(raw_drive_force.clone()),
+        };
+        let drive_force = smoothed(raw_drive_force);
         let (effects, weight) = (machine.effects(), machine.weight());
         let lacking = |ripple: bool, forces: &[f64]| -> Vec<f64> {
             let mut base = BaseShare::new(&constants, period);
@@ -115,38 +120,84 @@ impl Motion {
     }
 }
 
-/// The motor's effort from the signal nearest to it: thrust, current, or the effort through the drive's model.
-fn motor_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
-    match experiment.run().signal(Signal::Thrust) {
-        Some(thrust) => Some(thrust.to_vec()),
-        None => drive_force(experiment, constants),
-    }
+/// The motor's effort from its current or from the effort through the drive's model, whichever tells it with less noise.
+///
+/// # Model
+/// Of two readings of one force, a and b, with noise of variances α and β (what smoothing takes from each), the smoothed difference of samples
+/// at which nothing but noise parts them has the variance s·(α + β), with s what smoothing leaves of white noise: a third through the least window
+/// of seven samples, so at most half of what it takes. Where it has more than all of that, beside its mean, the drive's model is not right,
+/// and the current counts. Else the quieter one does, with the mean of the current.
+fn drive_force(
+    experiment: &Experiment,
+    constants: &Constants,
+    velocity: &[f64],
+    smoothed: &dyn Fn(&[f64]) -> Vec<f64>,
+) -> Option<Vec<f64>> {
+    let by_effort = effort_force(experiment, constants, velocity);
+    let Some(by_current) = current_force(experiment, constants) else { return by_effort };
+    let Some(by_effort) = by_effort else { return Some(by_current) };
+    let noise = |force: &[f64]| variance(force.iter().zip(smoothed(force)).map(|(raw, smooth)| raw - smooth));
+    let difference: Vec<f64> = by_current.iter().zip(&by_effort).map(|(a, b)| a - b).collect();
+    let mean = difference.iter().sum::<f64>() / difference.len().max(1) as f64;
+    let (own, other) = (noise(&by_current), noise(&by_effort));
+    let taken = variance(difference.iter().zip(smoothed(&difference)).map(|(raw, smooth)| raw - smooth));
+    let left = variance(smoothed(&difference).into_iter());
+    Some(if other < own && left <= taken {
+        by_effort.into_iter().map(|force| force + mean).collect()
+    } else {
+        by_current
+    })
 }
 
-/// The motor's effort from its current, or from the effort through the drive's model.
-fn drive_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
+fn variance(values: impl Iterator<Item = f64>) -> f64 {
+    let (count, sum, squares) = values.fold((0.0, 0.0, 0.0), |(n, s, q), x| (n + 1.0, s + x, q + x * x));
+    if count > 0.0 { (squares / count - (sum / count) * (sum / count)).max(0.0) } else { 0.0 }
+}
+
+fn current_force(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
+    let Circuit::Winding { force_constant, .. } = constants.circuit else { return None };
+    let current = experiment.run().signal(Signal::Current)?;
+    Some(current.iter().map(|i| i / constants.log_scale.current * force_constant).collect())
+}
+
+fn effort_force(experiment: &Experiment, constants: &Constants, velocity: &[f64]) -> Option<Vec<f64>> {
     let run = experiment.run();
-    match (&constants.circuit, run.signal(Signal::Current), run.signal(Signal::ControlEffort)) {
-        (Circuit::Winding { force_constant, .. }, Some(current), _) => {
-            Some(current.iter().map(|i| i / constants.log_scale.current * force_constant).collect())
-        }
-        (Circuit::Direct { force_per_volt }, _, Some(effort)) => {
-            let applied = applied_v(experiment, constants, effort);
-            Some(applied.iter().map(|u| u * force_per_volt).collect())
-        }
-        (circuit, _, Some(effort)) => {
-            let step = CircuitStep::new(circuit, run.sample_period_s());
-            let start = experiment.recorded().start().unscaled(constants.log_scale);
-            let mut current = start.current_a(constants);
-            let force = |u: &f64| {
-                let now = current;
-                step.advance(&mut current, *u, 0.0);
-                now * step.effort_constant()
-            };
-            Some(applied_v(experiment, constants, effort).iter().map(force).collect())
-        }
-        _ => None,
+    let applied = applied_v(experiment, constants, run.signal(Signal::ControlEffort)?);
+    if let Circuit::Direct { force_per_volt } = constants.circuit {
+        return Some(applied.iter().map(|u| u * force_per_volt).collect());
     }
+    let step = CircuitStep::new(&constants.circuit, run.sample_period_s());
+    let mut current = experiment.recorded().start().unscaled(constants.log_scale).current_a(constants);
+    let force = |(u, velocity): (&f64, &f64)| {
+        let now = current;
+        step.advance(&mut current, *u, *velocity);
+        now * step.effort_constant()
+    };
+    Some(applied.iter().zip(velocity).map(force).collect())
+}
+
+/// Control effort with what was fed forward, in V as the controller has it; none where none was logged.
+fn commanded_v(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
+    let effort = experiment.run().signal(Signal::ControlEffort)?;
+    let effort: Vec<f64> = effort.iter().map(|u| u / constants.log_scale.effort).collect();
+    Some(experiment.recorded().commanded_v(&effort))
+}
+
+/// The voltage that the current takes more than was commanded, sample by sample, inductance aside; none where not both were logged.
+fn missing_voltage(
+    experiment: &Experiment,
+    constants: &Constants,
+    velocity: &[f64],
+    commanded_v: &[f64],
+) -> Option<Vec<f64>> {
+    let Circuit::Winding { resistance_ohm, back_emf, .. } = constants.circuit else { return None };
+    let run = experiment.run();
+    let (current, supply) = (run.signal(Signal::Current)?, run.signal(Signal::SupplyVoltage));
+    let taken = current.iter().zip(velocity).enumerate().map(|(k, (current, velocity))| {
+        let gain = constants.amplifier.gain_under(supply.map(|supply| supply[k]));
+        (resistance_ohm * current / constants.log_scale.current + back_emf * velocity) / gain
+    });
+    Some(taken.zip(commanded_v).map(|(taken, commanded)| taken - commanded).collect())
 }
 
 /// Voltage at the motor, limit and dead zone aside: effort with what was fed forward, times the supply of a duty cycle.
@@ -176,9 +227,10 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         lever_weight: machine.lever_weight(),
         ..Screen::default()
     };
-    let mut steps = Vec::new();
+    let (mut steps, mut voltages) = (Vec::new(), Vec::new());
     for experiment in experiments {
         let motion = Motion::of(experiment, machine)?;
+        let run_constants = experiment.machine(machine)?.constants();
         let run = experiment.run();
         let thin = |samples: &[f64]| samples.iter().step_by(every).copied().collect::<Vec<f64>>();
         let clock_s: Vec<f64> = (0..run.len()).map(|k| run.begins_s + run.time_s(k)).collect();
@@ -204,10 +256,18 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
             let zero = difference.iter().sum::<f64>() / difference.len() as f64;
             screen.load_difference.extend(thin(&difference).iter().map(|d| d - zero));
         }
+        let commanded = commanded_v(experiment, &run_constants).unwrap_or_default();
+        screen.largest_effort_v = commanded.iter().fold(screen.largest_effort_v, |most, u| most.max(u.abs()));
+        voltages.extend(
+            missing_voltage(experiment, &run_constants, &motion.velocity, &commanded).unwrap_or_default(),
+        );
         let most = motion.motor_force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
         screen.largest_force = screen.largest_force.max(most);
         steps.push(grid_step(run.require(Signal::Position)?));
     }
+    let finite = |volts: &f64| volts.is_finite();
+    screen.missing_voltage =
+        (!voltages.is_empty()).then(|| voltages.iter().sum::<f64>() / voltages.len() as f64).filter(finite);
     screen.reading_step = steps.into_iter().collect::<Option<Vec<f64>>>().and_then(common_step);
     if screen.largest_force == 0.0 {
         // No signal tells the motor's effort: what the recorded motion itself must have taken.

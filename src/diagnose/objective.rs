@@ -248,6 +248,12 @@ impl<'a> Objective<'a> {
             .sum()
     }
 
+    /// Rows of one signal, a range for each run that has it.
+    pub(super) fn rows_of(&self, signal: Signal) -> Vec<std::ops::Range<usize>> {
+        let rows = self.signal_rows().remove(&signal).unwrap_or_default();
+        rows.into_iter().map(|part| part.offset..part.offset + part.samples).collect()
+    }
+
     /// Rows of each signal, over all runs.
     fn signal_rows(&self) -> BTreeMap<Signal, Vec<Rows<'_>>> {
         let mut rows: BTreeMap<Signal, Vec<Rows>> = BTreeMap::new();

@@ -20,7 +20,7 @@ impl Found {
         Evidence {
             names_effects: !candidate.effects().is_empty(),
             gap_before: before.gap(),
-            gap_after: candidate.score.gap(),
+            gap_after: candidate.predictive.score.gap(),
             closed: self.share(index, before),
             noise_is_measured,
             probability: self.probability(candidate.effects()),
@@ -40,7 +40,7 @@ impl Found {
         before: &Score,
         noise_is_measured: bool,
     ) -> bool {
-        let is_small = self.candidates[index].score.gap() <= self.limits.small_gap;
+        let is_small = self.candidates[index].predictive.score.gap() <= self.limits.small_gap;
         self.is_sufficient(index, before, noise_is_measured)
             && (is_small || !self.loses_ground(index, before))
     }

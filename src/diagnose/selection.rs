@@ -10,6 +10,7 @@ use super::floors::Floors;
 use super::found::{Base, Candidate, Found, posterior};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified, with_modified};
 use super::motion;
+use super::predictive::{Predictive, predictive};
 use super::proposals::{Proposals, members};
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -151,7 +152,7 @@ impl Search<'_> {
         let mut rivals: Vec<usize> =
             (0..found.candidates.len()).filter(|k| !is_probable && may_turn(k)).collect();
         if !is_sufficient {
-            rivals.extend(self.runners_up(found, widened));
+            rivals.extend(self.runners_up(found, widened)?);
         }
         for rival in rivals {
             let effects = found.candidates[rival].effects().clone();
@@ -165,21 +166,23 @@ impl Search<'_> {
         Ok(better.is_some())
     }
 
-    /// The next best explanations with no more effects than the chosen one that were not `widened` before.
-    fn runners_up(&self, found: &Found, widened: &BTreeSet<EffectSet>) -> Vec<usize> {
+    /// The explanations that leave least, with no more effects than the chosen one, and were not `widened` before; fitted to the end.
+    ///
+    /// They need not be beyond chance: while several effects are missing, what one of them explains is small beside what the others leave, and that is
+    /// correlated over long times. What is chosen in the end has to be.
+    fn runners_up(&self, found: &mut Found, widened: &BTreeSet<EffectSet>) -> Result<Vec<usize>> {
         let most = found.effects().len().max(1);
         let is_next = |k: &usize| {
             let effects = found.candidates[*k].effects();
-            *k != found.chosen
-                && (1..=most).contains(&effects.len())
-                && !widened.contains(effects)
-                && found.is_sound(*k)
-                && found.beyond_chance(*k, 0)
+            *k != found.chosen && (1..=most).contains(&effects.len()) && !widened.contains(effects)
         };
         let mut next: Vec<usize> = (0..found.candidates.len()).filter(is_next).collect();
-        next.sort_by(|&a, &b| found.merit(b).total_cmp(&found.merit(a)));
+        next.sort_by(|&a, &b| found.left(a).total_cmp(&found.left(b)));
         next.truncate(RUNNERS_UP);
-        next
+        let open = next.iter().copied().filter(|&k| !found.candidates[k].thorough).collect();
+        self.fit_to_the_end(found, open)?;
+        next.retain(|&k| found.is_resolved(k));
+        Ok(next)
     }
 
     /// Takes what of the chosen explanation is certain, where that by itself leaves nothing that need be named, or where all of it leaves too much
@@ -341,7 +344,12 @@ impl Search<'_> {
     /// Scores a fit on the held-out runs.
     fn judge(&self, fit: Fit, thorough: bool) -> Result<Candidate> {
         let (score, has_own_floor) = self.floors.score(self.machine, &fit, self.held_out)?;
-        Ok(Candidate { fit, score, has_own_floor, thorough })
+        let predictive = if thorough && !has_own_floor {
+            predictive(self.machine, &fit, self.held_out, &self.floors.common, &score)?
+        } else {
+            Predictive { score: score.clone(), cost: 0.0 }
+        };
+        Ok(Candidate { fit, score, predictive, has_own_floor, thorough })
     }
 
     /// Adds the best effect as long as that is beyond chance and material.
@@ -396,12 +404,10 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Fits those of the candidates again that ended in a minimum which is not their least, as a fuller one shows.
+    /// Fits those of the candidates again that ended in a minimum which is not their least, as a fuller one shows; those that were only fitted
+    /// roughly too, since it may be that minimum which made them look hopeless.
     fn fit_from(&self, found: &mut Found, indices: &[usize], fuller: usize) -> Result<()> {
         for &k in indices {
-            if !found.candidates[k].thorough {
-                continue;
-            }
             let fuller = &found.candidates[fuller].fit;
             let fit = &found.candidates[k].fit;
             let floor = &self.floors.common;

@@ -22,4 +22,5 @@ mod payload_lever;
 mod pitch_search;
 mod servo_diagnosis;
 mod stretches;
+mod torque_drive;
 mod two_sensors;

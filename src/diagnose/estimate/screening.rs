@@ -55,6 +55,10 @@ pub struct Screen {
     pub load_difference: Vec<f64>,
     /// Largest motor effort of the runs, N or N·m; bounds what a force can plausibly be.
     pub largest_force: f64,
+    /// Largest control effort that was logged, with what was fed forward, in V; zero where none was.
+    pub largest_effort_v: f64,
+    /// Mean of the voltage that the current takes more than was commanded, `(R·i + Ke·v)/gain − u` in V; none where not both were logged.
+    pub missing_voltage: Option<f64>,
     /// Step of the grid on which all recorded positions lie, in m or rad, if there is one.
     pub reading_step: Option<f64>,
     /// Weight of a payload per kg·m of its mass times its lever; none where nothing hangs.
@@ -77,6 +81,8 @@ impl Default for Screen {
             runs: Vec::new(),
             load_difference: Vec::new(),
             largest_force: 0.0,
+            largest_effort_v: 0.0,
+            missing_voltage: None,
             reading_step: None,
             lever_weight: None,
         }
@@ -150,10 +156,14 @@ impl Screen {
         (3e-4 * self.longest_pitch(), BEYOND_TRAVEL * self.longest_pitch())
     }
 
-    /// The voltage that the largest motor effort takes at standstill.
+    /// The largest control effort of the runs: as logged, or what the largest motor effort takes at standstill.
     pub fn largest_voltage(&self) -> f64 {
-        let per_volt = self.constants.as_ref().map_or(1.0, Constants::force_per_volt);
-        (self.largest_force / per_volt).max(1e-9)
+        (self.largest_force / self.force_per_volt()).max(self.largest_effort_v).max(1e-9)
+    }
+
+    /// Motor effort per volt at standstill, in N/V or N·m/V.
+    pub fn force_per_volt(&self) -> f64 {
+        self.constants.as_ref().map_or(1.0, Constants::force_per_volt)
     }
 
     /// Mean difference of the second sensor's offset between the directions of motion: the width of a play.

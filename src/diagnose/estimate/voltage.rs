@@ -35,8 +35,13 @@ impl Estimate for DeadZone {
 impl Estimate for AmplifierOffset {
     const CUMULATIVE: bool = true;
 
-    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
-        vec![vec![0.0]]
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        // Friction that holds the axis at one offset and not at another one bends the way from zero to a large one.
+        let shown = screen.missing_voltage.or_else(|| {
+            // Without a current the force was computed from the voltage, and lacks what the offset makes.
+            screen.four_coefficients().map(|[.., constant]| constant / screen.force_per_volt())
+        });
+        std::iter::once(0.0).chain(shown).map(|volts| vec![volts]).collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {

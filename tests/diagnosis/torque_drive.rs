@@ -1,0 +1,126 @@
+//! A torque-controlled drive whose current is logged with more noise than its command tells of the force.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
+
+use crate::support::strokes::{Cell, Strokes};
+use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::effect::EffectId;
+use slideway::machine::Machine;
+use slideway::recording::{Role, Signal};
+use std::path::Path;
+
+/// Stroke in rad, feed in rad/min.
+const CELLS: [Cell; 5] = [
+    (1.3, 290.0, Role::Training),
+    (2.1, 140.0, Role::Training),
+    (1.7, 560.0, Role::Training),
+    (1.9, 260.0, Role::HeldOut),
+    (1.1, 480.0, Role::HeldOut),
+];
+
+const CATALOGUE: [EffectId; 14] = [
+    EffectId::LoopDelay,
+    EffectId::DeadZone,
+    EffectId::AmplifierOffset,
+    EffectId::ForceConstant,
+    EffectId::Cogging,
+    EffectId::SecondCogging,
+    EffectId::ThirdCogging,
+    EffectId::ViscousFriction,
+    EffectId::CoulombFriction,
+    EffectId::AsymmetricFriction,
+    EffectId::LocalFriction,
+    EffectId::CableSpring,
+    EffectId::Payload,
+    EffectId::SensorScale,
+];
+
+/// Dry friction behind bristles that the twin knows.
+const KNOWN: [(&str, f64); 3] = [
+    ("effect.coulomb_friction.torque_nm", 2.1e-3),
+    ("effect.presliding.stiffness_nm_per_rad", 2.4),
+    ("effect.presliding.damping_nm_s_per_rad", 5e-3),
+];
+
+fn told(known: &[(&str, f64)], hidden: &[(&str, f64)]) -> Diagnosis {
+    let file = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/servo")).unwrap();
+    let with = |machine: &Machine, list: &[(&str, f64)]| {
+        machine.with_settings(list.iter().map(|&(path, value)| (path, value.into()))).unwrap()
+    };
+    let stated = with(&file, known);
+    let real = with(&stated, hidden);
+    let recording = Strokes::both_ways(&stated, &real, 23).recording(&CELLS);
+    assert!(recording.runs().iter().all(|run| run.signal(Signal::Current).is_some()));
+    let options = Options { catalogue: &CATALOGUE, ..Options::default() };
+    let d = diagnose(&stated, &recording, &options).unwrap();
+    println!("{:?} G {:.2} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
+    for cause in &d.causes {
+        println!("   {} {:.3} {:?}", cause.effect, cause.probability, cause.parameters);
+    }
+    for ranked in d.ranking.iter().take(4) {
+        println!("   {ranked:?}");
+    }
+    d
+}
+
+fn names(d: &Diagnosis) -> Vec<&str> {
+    let mut names: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    names.sort_unstable();
+    names
+}
+
+/// The integrator holds against the offset, so the current never shows it: the range of a fit is that of the command, not of the force.
+#[test]
+fn ref_an_offset_beyond_every_force_is_named_alone() {
+    let d = told(&KNOWN, &[("effect.amplifier_offset.offset_v", -0.045)]);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["amplifier_offset"]));
+    let offset = &d.causes[0].parameters["offset_v"];
+    assert!((offset.value + 0.045).abs() < 1e-4, "{offset:?}");
+    assert!(offset.ci95[0] <= -0.045 && -0.045 <= offset.ci95[1], "{offset:?}");
+}
+
+/// Friction of one place that makes less torque than the noise of the current.
+#[test]
+fn ref_local_friction_below_the_noise_of_the_current_is_named() {
+    let hidden = [
+        ("effect.local_friction.torque_nm", 9e-5),
+        ("effect.local_friction.centre_rad", 0.7),
+        ("effect.local_friction.width_rad", 0.2),
+    ];
+    let d = told(&[], &hidden);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["local_friction"]));
+    let centre = &d.causes[0].parameters["centre_rad"];
+    assert!((centre.value - 0.7).abs() < 0.01, "{centre:?}");
+}
+
+/// Three pitches of which none explains anything beyond chance while the others are missing.
+#[test]
+fn ref_three_pitches_are_found_behind_bristles() {
+    let wave = |effect: &str, number: &str| format!("effect.{effect}.{number}");
+    let pitches =
+        [("cogging", 0.273, 8e-5), ("second_cogging", 1.257, 1e-4), ("third_cogging", 0.1065, 8e-5)];
+    let numbers = pitches.iter().flat_map(|(effect, period, torque)| {
+        [
+            (wave(effect, "period_rad"), *period),
+            (wave(effect, "cosine_nm"), *torque),
+            (wave(effect, "sine_nm"), 2e-5),
+        ]
+    });
+    let numbers: Vec<(String, f64)> = numbers.collect();
+    let hidden: Vec<(&str, f64)> = numbers.iter().map(|(path, value)| (path.as_str(), *value)).collect();
+    let d = told(&KNOWN, &hidden);
+    assert_eq!(names(&d), ["cogging", "second_cogging", "third_cogging"]);
+    let mut periods: Vec<f64> = d.causes.iter().map(|cause| cause.parameters["period_rad"].value).collect();
+    periods.sort_by(f64::total_cmp);
+    for (found, hidden) in periods.iter().zip([0.1065, 0.273, 1.257]) {
+        assert!((found / hidden - 1.0).abs() < 0.01, "{found} {hidden}");
+    }
+}
+
+/// Nothing hidden, nothing named.
+#[test]
+fn ref_a_drive_without_a_gap_has_none() {
+    for known in [&KNOWN[..], &[]] {
+        let d = told(known, &[]);
+        assert_eq!((d.verdict, names(&d)), (Verdict::NoGap, vec![]));
+    }
+}
