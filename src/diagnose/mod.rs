@@ -18,6 +18,7 @@ mod dead_reference;
 pub mod decide;
 mod descent;
 mod discrepancy;
+mod drive_force;
 pub mod estimate;
 pub mod evidence;
 pub mod experiment;

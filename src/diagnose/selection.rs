@@ -168,13 +168,16 @@ impl Search<'_> {
 
     /// The explanations that leave least, with no more effects than the chosen one, and were not `widened` before; fitted to the end.
     ///
-    /// They need not be beyond chance: while several effects are missing, what one of them explains is small beside what the others leave, and that is
-    /// correlated over long times. What is chosen in the end has to be.
+    /// Where nothing is chosen yet they need not be beyond chance: while several effects are missing, what one of them explains is small beside what
+    /// the others leave, and that is correlated over long times. What is chosen in the end has to be.
     fn runners_up(&self, found: &mut Found, widened: &BTreeSet<EffectSet>) -> Result<Vec<usize>> {
         let most = found.effects().len().max(1);
         let is_next = |k: &usize| {
             let effects = found.candidates[*k].effects();
-            *k != found.chosen && (1..=most).contains(&effects.len()) && !widened.contains(effects)
+            *k != found.chosen
+                && (1..=most).contains(&effects.len())
+                && !widened.contains(effects)
+                && (found.chosen == 0 || found.beyond_chance(*k, 0))
         };
         let mut next: Vec<usize> = (0..found.candidates.len()).filter(is_next).collect();
         next.sort_by(|&a, &b| found.left(a).total_cmp(&found.left(b)));
