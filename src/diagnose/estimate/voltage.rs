@@ -48,3 +48,21 @@ impl Estimate for AmplifierOffset {
         vec![(-screen.largest_voltage(), screen.largest_voltage())]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A loop that holds against an offset logs more voltage than any force takes.
+    #[test]
+    fn exact_an_offset_is_looked_for_up_to_the_logged_effort() {
+        let screen = Screen {
+            largest_force: 0.01,
+            largest_effort_v: 0.05,
+            missing_voltage: Some(-0.042),
+            ..Screen::default()
+        };
+        assert_eq!(AmplifierOffset::range(&screen), [(-0.05, 0.05)]);
+        assert_eq!(AmplifierOffset::start(&screen), [[0.0], [-0.042]]);
+    }
+}
