@@ -69,7 +69,7 @@ pub struct Evidence {
     pub names_effects: bool,
     /// G of the twin as it is.
     pub gap_before: f64,
-    /// G with the explanation in the twin, its numbers where the training runs leave them free to be ([`Predictive`](super::predictive::Predictive)).
+    /// G with the explanation in the twin, its numbers moved as far as training and held-out runs together move them (the posterior-predictive gap).
     pub gap_after: f64,
     /// Share of the gap's power that its effects close beside calibration.
     pub closed: f64,

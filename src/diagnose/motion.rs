@@ -176,9 +176,7 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         screen.largest_force = screen.largest_force.max(most);
         steps.push(grid_step(run.require(Signal::Position)?));
     }
-    let finite = |volts: &f64| volts.is_finite();
-    screen.missing_voltage =
-        (!voltages.is_empty()).then(|| voltages.iter().sum::<f64>() / voltages.len() as f64).filter(finite);
+    screen.missing_voltage = mean(&voltages);
     screen.reading_step = steps.into_iter().collect::<Option<Vec<f64>>>().and_then(common_step);
     if screen.largest_force == 0.0 {
         // No signal tells the motor's effort: what the recorded motion itself must have taken.
@@ -190,6 +188,12 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         screen.largest_force = most;
     }
     Ok(screen)
+}
+
+/// Mean of finite samples; none of none.
+fn mean(samples: &[f64]) -> Option<f64> {
+    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
+    mean.is_finite().then_some(mean)
 }
 
 /// Readings may miss the grid by this share of its step: rounding of the log.
