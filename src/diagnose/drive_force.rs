@@ -4,14 +4,23 @@ use super::experiment::Experiment;
 use crate::drive::motor::{Circuit, CircuitStep};
 use crate::effect::Constants;
 use crate::recording::Signal;
+use statrs::statistics::Statistics;
 
-/// The motor's effort from its current or from the effort through the drive's model, whichever tells it with less noise.
+/// The motor's effort in N or N·m, positive along the axis' positive direction, from its current or from the control effort through the drive's
+/// model, whichever tells it with less noise; none where neither was logged. `smoothed` is the smoothing that the motion is read with.
 ///
 /// # Model
 /// Of two readings of one force, a and b, with noise of variances α and β (what smoothing takes from each), the smoothed difference of samples
 /// at which nothing but noise parts them has the variance s·(α + β), with s what smoothing leaves of white noise: a third through the least window
 /// of seven samples, so at most half of what it takes. Where it has more than all of that, beside its mean, the drive's model is not right,
 /// and the current counts. Else the quieter one does, with the mean of the current.
+///
+/// # Validity
+/// Noise that is white over the window. An error of the drive's model that is smaller than the noise which smoothing takes goes into the force: it is
+/// where fits start, not what they are judged by.
+///
+/// # Source
+/// Savitzky, Golay (1964), Anal. Chem. 36:1627, for what the smoothing leaves of white noise.
 pub fn drive_force(
     experiment: &Experiment,
     constants: &Constants,
@@ -21,23 +30,21 @@ pub fn drive_force(
     let by_effort = effort_force(experiment, constants, velocity);
     let Some(by_current) = current_force(experiment, constants) else { return by_effort };
     let Some(by_effort) = by_effort else { return Some(by_current) };
-    let noise = |force: &[f64]| variance(force.iter().zip(smoothed(force)).map(|(raw, smooth)| raw - smooth));
     let difference: Vec<f64> = by_current.iter().zip(&by_effort).map(|(a, b)| a - b).collect();
-    let mean = difference.iter().sum::<f64>() / difference.len().max(1) as f64;
-    let (own, other) = (noise(&by_current), noise(&by_effort));
-    let taken = variance(difference.iter().zip(smoothed(&difference)).map(|(raw, smooth)| raw - smooth));
-    let left = variance(smoothed(&difference).into_iter());
+    // What smoothing takes of a signal, and what it leaves.
+    let split = |signal: &[f64]| {
+        let smooth = smoothed(signal);
+        let taken = signal.iter().zip(&smooth).map(|(raw, smooth)| raw - smooth).population_variance();
+        (taken, smooth.population_variance())
+    };
+    let [(own, _), (other, _), (taken, left)] =
+        [&by_current, &by_effort, &difference].map(|signal| split(signal));
+    let mean = difference.mean();
     Some(if other < own && left <= taken {
         by_effort.into_iter().map(|force| force + mean).collect()
     } else {
         by_current
     })
-}
-
-/// Mean square about the mean.
-fn variance(values: impl Iterator<Item = f64>) -> f64 {
-    let (count, sum, squares) = values.fold((0.0, 0.0, 0.0), |(n, s, q), x| (n + 1.0, s + x, q + x * x));
-    if count > 0.0 { (squares / count - (sum / count) * (sum / count)).max(0.0) } else { 0.0 }
 }
 
 /// By the current and the force constant; none where no current was logged.
@@ -70,7 +77,8 @@ pub fn commanded_v(experiment: &Experiment, constants: &Constants) -> Option<Vec
     Some(experiment.recorded().commanded_v(&effort))
 }
 
-/// The voltage that the current takes more than was commanded, sample by sample, inductance aside; none where not both were logged.
+/// The voltage in V that the current takes more than was commanded, `(R·i + Ke·v)/gain − u`, sample by sample: what an offset of the amplifier adds is
+/// positive. The inductance is left out, its voltage is zero on average between standstills; none where not both signals were logged.
 pub fn missing_voltage(
     experiment: &Experiment,
     constants: &Constants,

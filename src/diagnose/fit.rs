@@ -181,7 +181,8 @@ fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
     Ok(sized.into_iter().take(DESCENTS).map(|(_, start)| start).collect())
 }
 
-fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
+/// Values inside the ranges of a hypothesis.
+pub(super) fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
     hypothesis.free.iter().zip(values).map(|(free, v)| v.clamp(free.range.0, free.range.1)).collect()
 }
 

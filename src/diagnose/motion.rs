@@ -10,6 +10,7 @@ use crate::effect::Constants;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use statrs::statistics::Statistics;
 
 /// Smoothed motion of one run and the missing force along it.
 #[derive(Debug, Clone)]
@@ -176,7 +177,8 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         screen.largest_force = screen.largest_force.max(most);
         steps.push(grid_step(run.require(Signal::Position)?));
     }
-    screen.missing_voltage = mean(&voltages);
+    // Of no voltages the mean is no number.
+    screen.missing_voltage = Some(voltages.mean()).filter(|volts| volts.is_finite());
     screen.reading_step = steps.into_iter().collect::<Option<Vec<f64>>>().and_then(common_step);
     if screen.largest_force == 0.0 {
         // No signal tells the motor's effort: what the recorded motion itself must have taken.
@@ -188,12 +190,6 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         screen.largest_force = most;
     }
     Ok(screen)
-}
-
-/// Mean of finite samples; none of none.
-fn mean(samples: &[f64]) -> Option<f64> {
-    let mean = samples.iter().sum::<f64>() / samples.len() as f64;
-    mean.is_finite().then_some(mean)
 }
 
 /// Readings may miss the grid by this share of its step: rounding of the log.

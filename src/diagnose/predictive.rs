@@ -2,7 +2,7 @@
 
 use super::evidence::Score;
 use super::experiment::HeldOut;
-use super::fit::Fit;
+use super::fit::{Fit, inside};
 use super::noise::Floor;
 use super::objective::Objective;
 use crate::error::Result;
@@ -36,7 +36,8 @@ const ROUNDS: usize = 4;
 /// prediction.
 ///
 /// # Validity
-/// To first order in Δ for its cost. Where the replay at θ̂ + Δ leaves more than the linear form says it gains, the fit's own score stays.
+/// Hypotheses that were fitted to the end and share the common noise floor; the others are compared by the score of their fit. To first order in Δ
+/// for its cost. Where the replay at θ̂ + Δ leaves more than the linear form says it gains, the fit's own score stays.
 ///
 /// # Source
 /// Gelman, Carlin, Stern, Dunson, Vehtari, Rubin (2013), *Bayesian Data Analysis*, 3rd ed., ch. 7 and 14.
@@ -62,11 +63,9 @@ pub fn predictive(
     else {
         return Ok(own);
     };
-    let free = fit.hypothesis.free.iter();
-    let numbers = free.zip(&fit.values).zip(update.step.iter());
-    let values: Vec<f64> = numbers
-        .map(|((free, value), step)| (value + step * free.scale).clamp(free.range.0, free.range.1))
-        .collect();
+    let free = fit.hypothesis.free.iter().zip(&fit.values).zip(&update.step);
+    let moved: Vec<f64> = free.map(|((free, value), step)| value + step * free.scale).collect();
+    let values = inside(&fit.hypothesis, &moved);
     let moved = objective.residuals(&values)?;
     let size = |residuals: &DVector<f64>| residuals.component_mul(&update.weights).dot(residuals);
     if size(&moved) + 2.0 * update.strain > size(&residuals) {

@@ -17,6 +17,15 @@ const CELLS: [Cell; 5] = [
     (1.1, 480.0, Role::HeldOut),
 ];
 
+/// Strokes at feeds whose acceleration takes less torque.
+const SLOW: [Cell; 5] = [
+    (1.3, 60.0, Role::Training),
+    (2.1, 90.0, Role::Training),
+    (1.7, 120.0, Role::Training),
+    (1.9, 75.0, Role::HeldOut),
+    (1.1, 100.0, Role::HeldOut),
+];
+
 const CATALOGUE: [EffectId; 14] = [
     EffectId::LoopDelay,
     EffectId::DeadZone,
@@ -39,15 +48,6 @@ const KNOWN: [(&str, f64); 3] = [
     ("effect.coulomb_friction.torque_nm", 2.1e-3),
     ("effect.presliding.stiffness_nm_per_rad", 2.4),
     ("effect.presliding.damping_nm_s_per_rad", 5e-3),
-];
-
-/// The same at feeds whose acceleration takes less torque.
-const SLOW: [Cell; 5] = [
-    (1.3, 60.0, Role::Training),
-    (2.1, 90.0, Role::Training),
-    (1.7, 120.0, Role::Training),
-    (1.9, 75.0, Role::HeldOut),
-    (1.1, 100.0, Role::HeldOut),
 ];
 
 fn told(cells: &[Cell], known: &[(&str, f64)], hidden: &[(&str, f64)]) -> Diagnosis {

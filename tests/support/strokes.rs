@@ -6,7 +6,7 @@ use slideway::replay::recording::recorded;
 use slideway::replay::{Commands, Motion, PlantChoice, Stroke, run_seed};
 use slideway::twin::Sensing;
 
-/// Stroke in m, feed in m/min, role of the run.
+/// Stroke in m, feed in m/min, role of the run; rad and rad/min on an axis that turns.
 pub type Cell = (f64, f64, Role);
 
 /// How strokes are recorded.
