@@ -9,8 +9,9 @@ const MOST_ITERATIONS: usize = 60;
 const ROUGH_ITERATIONS: usize = 8;
 /// Relative fall of the sum of squares below which a rough fit has arrived.
 const ROUGHLY_ARRIVED: f64 = 3e-3;
-/// Relative fall of the sum of squares below which the fit has arrived.
-const ARRIVED: f64 = 1e-7;
+/// Fall of the weighted sum of squares below which a fit has arrived: its numbers are within a tenth of the standard error that white residuals
+/// would give them, and likelihoods within 0.005 nats.
+const ARRIVED: f64 = 0.01;
 
 /// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.
 ///
@@ -47,9 +48,10 @@ impl<'a> Care<'a> {
         }
     }
 
-    pub(super) fn arrived(self) -> f64 {
+    /// Fall of a weighted sum of squares below which a fit has arrived.
+    pub(super) fn arrived(self, squares: f64) -> f64 {
         match self {
-            Self::Rough(_) => ROUGHLY_ARRIVED,
+            Self::Rough(_) => ROUGHLY_ARRIVED * squares,
             Self::Thorough => ARRIVED,
         }
     }

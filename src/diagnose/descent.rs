@@ -3,7 +3,7 @@
 use super::bounded;
 use super::care::Care;
 use super::hypothesis::Free;
-use super::objective::Objective;
+use super::objective::{Objective, Undescribed};
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector};
 
@@ -22,6 +22,10 @@ const LESS_DAMPING: f64 = 0.1;
 const MORE_DAMPING: f64 = 20.0;
 /// Smallest element of the diagonal that damps: a parameter that the data do not determine stays where it is.
 const SMALLEST_DIAGONAL: f64 = 1e-12;
+
+/// Steps after which the variance of what a hypothesis does not describe may only fall. With a variance of its own at each step the sum of squares
+/// is another one each time, and a descent may go around in circles; with one that only falls it ends.
+const REWEIGHTED: usize = 8;
 
 /// Where a descent ended.
 pub(super) struct Arrived {
@@ -49,15 +53,23 @@ pub(super) fn descend(
         return Ok(Arrived { values, residuals, jacobian: None });
     }
     let mut last = None;
-    for _ in 0..iterations {
-        let weights = objective.weights(&residuals);
+    let mut undescribed = Undescribed::new();
+    for iteration in 0..iterations {
+        let latest = objective.undescribed(&residuals);
+        if iteration < REWEIGHTED {
+            undescribed = latest;
+        } else {
+            let smaller = |(signal, variance): (_, f64)| (signal, variance.min(undescribed[&signal]));
+            undescribed = latest.into_iter().map(smaller).collect();
+        }
+        let weights = objective.weights_beside(&undescribed, &residuals);
         let cost = objective.cost(&residuals, &weights, &values);
         let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
         last = Some(jacobian);
         let model = Model { free, values: &values, normal, gradient };
         let fall = model.step(SMALLEST_DAMPING).map(|step| model.fall(&step));
-        if fall.is_some_and(|fall| fall <= care.arrived() * cost) {
+        if fall.is_some_and(|fall| fall <= care.arrived(cost)) {
             break;
         }
         let mut next = None;
@@ -74,7 +86,7 @@ pub(super) fn descend(
                 let trial = objective.residuals(&moved)?;
                 let trial_cost = objective.cost(&trial, &weights, &moved);
                 if trial_cost < cost {
-                    next = Some((moved, trial, (cost - trial_cost) / cost));
+                    next = Some((moved, trial, cost - trial_cost));
                     break;
                 }
                 tried = Some(step);
@@ -85,7 +97,7 @@ pub(super) fn descend(
         (values, residuals, last) = (moved, trial, None);
         // A narrow valley, in which numbers compensate each other, is walked along only by a step that is hardly
         // damped: a fit has arrived when that one falls no further.
-        let arrived = fall <= care.arrived();
+        let arrived = fall <= care.arrived(cost);
         if arrived && !(damping > SMALLEST_DAMPING && matches!(care, Care::Thorough)) {
             break;
         }

@@ -249,6 +249,20 @@ impl Experiment {
         Ok(self.replay_together(&self.machines(machines)?))
     }
 
+    /// Replays near a machine with a vibration in one pass, sensors perfect: each machine with the phase that suits `near`, advanced
+    /// by so many rad where the run does not state its phase.
+    ///
+    /// # Errors
+    /// A setting of the run that one of the machines does not have.
+    pub fn predict_near(&self, near: &Machine, machines: &[(Machine, f64)]) -> Result<Vec<Traces>> {
+        let near = self.machine(near)?;
+        let set = |(machine, advance_rad): &(Machine, f64)| {
+            phase::advanced(&self.run, &near, self.settings.machine(machine)?, *advance_rad)
+        };
+        let machines: Result<Vec<Machine>> = machines.iter().map(set).collect();
+        Ok(self.replay_together(&machines?))
+    }
+
     /// Of two position sensors in a closed loop, the one that does not close the position loop. Its mean over a run means
     /// nothing: its zero is its own, and where in its play a drive train stood at the start is not known.
     pub fn second_sensor(&self) -> Option<Signal> {

@@ -4,14 +4,17 @@ use super::care::{Care, Sensitivities};
 use super::experiment::Experiment;
 use super::hypothesis::Hypothesis;
 use super::noise::Floor;
+use super::phase;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::Traces;
+use crate::replay::recorded::shakes;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// Finite-difference step in units of a number's scale. Numbers that compensate each other leave a change that is 10⁻⁴ to 10⁻⁶ of
 /// what each makes alone, and the curvature of the step must stay below that; rounding is below 10⁻⁸ still.
@@ -26,6 +29,9 @@ const GUARD: f64 = 3.0;
 
 /// Median absolute value of a normal variable to its standard deviation.
 const MEDIAN_TO_SIGMA: f64 = 1.4826;
+
+/// Variance of what a hypothesis does not describe, S², in units of each signal's noise variance.
+pub(super) type Undescribed = BTreeMap<Signal, f64>;
 
 /// What a fit minimises: normalised residuals of closed-loop replays, and calibration's distance from its
 /// stated values in tolerances.
@@ -99,14 +105,22 @@ impl<'a> Objective<'a> {
     /// # Errors
     /// A setting of a run that a machine does not have.
     pub(super) fn residuals_at(&self, machines: &[Machine]) -> Result<Vec<DVector<f64>>> {
+        self.residuals_by(machines.len(), |experiment| experiment.predict_together(machines))
+    }
+
+    /// Normalised residuals of so many replays of each run.
+    fn residuals_by(
+        &self,
+        count: usize,
+        replay: impl Fn(&Experiment) -> Result<Vec<Traces>> + Sync,
+    ) -> Result<Vec<DVector<f64>>> {
         let of_run = |experiment: &Experiment| -> Result<Vec<Vec<f64>>> {
-            let predicted = experiment.predict_together(machines)?;
-            Ok(predicted.iter().map(|traces| self.of_run(experiment, traces)).collect())
+            Ok(replay(experiment)?.iter().map(|traces| self.of_run(experiment, traces)).collect())
         };
         let runs: Vec<Vec<Vec<f64>>> = self.experiments.par_iter().map(of_run).collect::<Result<_>>()?;
         let bounded = |r: f64| if r.is_finite() { r.clamp(-LARGEST, LARGEST) } else { LARGEST };
         let of = |k: usize| runs.iter().flat_map(|run| &run[k]).copied().map(bounded).collect::<Vec<f64>>();
-        Ok((0..machines.len()).map(of).map(DVector::from_vec).collect())
+        Ok((0..count).map(of).map(DVector::from_vec).collect())
     }
 
     /// Normalised residuals of one run, signal after signal.
@@ -155,14 +169,49 @@ impl<'a> Objective<'a> {
             varied.push(values.to_vec());
         }
         let even = |machine: Machine| noisy.iter().try_fold(machine, |m, of| m.without_effect(*of)).ok();
-        let mut changed =
-            self.replayed(varied.iter().map(|set| self.fitted(set).and_then(even)).collect())?;
+        let machines: Vec<Option<Machine>> =
+            varied.iter().map(|set| self.fitted(set).and_then(even)).collect();
+        let near = self.fitted(values).filter(shakes);
+        let (mut changed, by_phase) =
+            match near.filter(|_| !machines.is_empty() && machines.iter().all(Option::is_some)) {
+                Some(near) => self.changed_near(&near, machines.into_iter().flatten().collect())?,
+                None => (self.replayed(machines)?, None),
+            };
         let own = if noisy.is_empty() { None } else { changed.pop() };
         let own = own.as_ref().unwrap_or(residuals);
         for ((k, per_step), changed) in steps.into_iter().zip(changed) {
             jacobian.set_column(k, &((changed - own) * per_step));
         }
+        if let Some(by_phase) = by_phase {
+            phase::follow(&mut jacobian, &(by_phase - own), &self.weights(residuals), &self.run_rows());
+        }
         Ok(jacobian)
+    }
+
+    /// Residuals of machines near one with a vibration, all with the phases that suit that one, and those of that one with each phase advanced
+    /// by [`DIFFERENCE`] rad.
+    fn changed_near(
+        &self,
+        near: &Machine,
+        machines: Vec<Machine>,
+    ) -> Result<(Vec<DVector<f64>>, Option<DVector<f64>>)> {
+        let mut all: Vec<(Machine, f64)> = machines.into_iter().map(|machine| (machine, 0.0)).collect();
+        all.push((near.clone(), DIFFERENCE));
+        let mut changed = self.residuals_by(all.len(), |experiment| experiment.predict_near(near, &all))?;
+        let by_phase = changed.pop();
+        Ok((changed, by_phase))
+    }
+
+    /// Rows of each run.
+    fn run_rows(&self) -> Vec<Range<usize>> {
+        let lengths = self.experiments.iter().map(|e| self.rows(e) * e.signals().len());
+        lengths
+            .scan(0, |end, length| {
+                let begin = *end;
+                *end += length;
+                Some(begin..*end)
+            })
+            .collect()
     }
 
     /// The columns of the numbers whose sensitivities are known, zero for the others.
@@ -214,17 +263,30 @@ impl<'a> Objective<'a> {
     /// signal's noise level. Each sample weighs by the inverse of both together, times Huber's weight beyond
     /// [`GUARD`] standard deviations, so that no signal drowns the others.
     pub(super) fn weights(&self, residuals: &DVector<f64>) -> DVector<f64> {
-        let mut weights = DVector::from_element(residuals.len(), 1.0);
-        for rows in self.signal_rows().values() {
-            let levelled = || rows.iter().flat_map(|part| part.levelled(residuals));
-            let mut sizes: Vec<f64> = levelled().map(|(_, e, _)| e.abs()).collect();
+        self.weights_beside(&self.undescribed(residuals), residuals)
+    }
+
+    /// S² of each signal; see [`Self::weights`].
+    pub(super) fn undescribed(&self, residuals: &DVector<f64>) -> Undescribed {
+        let variance = |rows: &Vec<Rows>| {
+            let levelled = rows.iter().flat_map(|part| part.levelled(residuals));
+            let mut sizes: Vec<f64> = levelled.map(|(_, e, _)| e.abs()).collect();
             if sizes.is_empty() {
-                continue;
+                return 0.0;
             }
             let middle = sizes.len() / 2;
             let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-            let structure = ((MEDIAN_TO_SIGMA * median).powi(2) - 1.0).max(0.0);
-            for (row, e, profile) in levelled() {
+            ((MEDIAN_TO_SIGMA * median).powi(2) - 1.0).max(0.0)
+        };
+        self.signal_rows().iter().map(|(&signal, rows)| (signal, variance(rows))).collect()
+    }
+
+    /// [`Self::weights`] with S² as given.
+    pub(super) fn weights_beside(&self, undescribed: &Undescribed, residuals: &DVector<f64>) -> DVector<f64> {
+        let mut weights = DVector::from_element(residuals.len(), 1.0);
+        for (signal, rows) in self.signal_rows() {
+            let structure = undescribed.get(&signal).copied().unwrap_or(0.0);
+            for (row, e, profile) in rows.iter().flat_map(|part| part.levelled(residuals)) {
                 let noise = profile * profile;
                 let spread = (noise + structure).sqrt();
                 let huber = GUARD * spread / e.abs().max(GUARD * spread);
@@ -249,7 +311,7 @@ impl<'a> Objective<'a> {
     }
 
     /// Rows of one signal, a range for each run that has it.
-    pub(super) fn rows_of(&self, signal: Signal) -> Vec<std::ops::Range<usize>> {
+    pub(super) fn rows_of(&self, signal: Signal) -> Vec<Range<usize>> {
         let rows = self.signal_rows().remove(&signal).unwrap_or_default();
         rows.into_iter().map(|part| part.offset..part.offset + part.samples).collect()
     }
