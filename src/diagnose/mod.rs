@@ -52,6 +52,7 @@ mod rivals;
 mod run_setting;
 mod segments;
 pub mod selection;
+mod sensor_bias;
 pub mod shape;
 mod short_travel;
 pub mod smooth;
@@ -311,8 +312,13 @@ impl<'a> Ready<'a> {
         };
         fit.standard_errors = folds.widened(fit);
         let floor = &self.floors.common;
-        if let Some(added) = discrepancy::covariance(self.machine, fit, self.training.runs(), floor)? {
-            fit.widen(&added);
+        let runs = self.training.runs();
+        let added = [
+            discrepancy::covariance(self.machine, fit, runs, floor)?,
+            sensor_bias::covariance(self.machine, fit, runs, floor)?,
+        ];
+        for covariance in added.iter().flatten() {
+            fit.widen(covariance);
         }
         Ok(folds)
     }

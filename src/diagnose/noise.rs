@@ -299,11 +299,7 @@ struct Declared {
 
 impl Declared {
     fn of(machine: &Machine, experiments: &[&Experiment]) -> Result<Self> {
-        let description = machine.description();
-        let silent = description.encoder.noise_m == 0.0
-            && description.encoder.resolution_m == 0.0
-            && description.current_sensor.noise_a == 0.0;
-        if silent {
+        if machine.description().has_perfect_sensors() {
             return Ok(Self { sigma: BTreeMap::new() });
         }
         let all: Result<Vec<Vec<_>>> = experiments.par_iter().map(|e| Self::of_run(machine, e)).collect();

@@ -121,6 +121,11 @@ impl Default for ReferenceGenerator {
 }
 
 impl Description {
+    /// Whether encoder and current sensor are stated without noise and steps.
+    pub fn has_perfect_sensors(&self) -> bool {
+        self.encoder.noise_m == 0.0 && self.encoder.resolution_m == 0.0 && self.current_sensor.noise_a == 0.0
+    }
+
     /// Refuses numbers outside the range that their meaning allows.
     ///
     /// # Errors

@@ -1,9 +1,10 @@
-//! A pitch that is longer than the travel, small beside friction.
+//! Pitches that are longer than the travel.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use crate::support::strokes::{Cell, Strokes};
 use slideway::diagnose::decide::Verdict;
 use slideway::diagnose::{Options, diagnose};
+use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::Role;
 use std::path::Path;
@@ -51,4 +52,52 @@ fn ref_a_small_wave_longer_than_the_travel_is_found_beside_friction() {
     let period = &cogging.parameters["period_m"];
     println!("{period:?}");
     assert!(period.ci95[0] <= 0.051 && 0.051 <= period.ci95[1], "{period:?}");
+}
+
+/// Strokes of less than half the longer pitch.
+const SHORT: [Cell; 4] = [
+    (0.021, 6.0, Role::Training),
+    (0.018, 9.0, Role::Training),
+    (0.020, 5.0, Role::HeldOut),
+    (0.017, 8.0, Role::HeldOut),
+];
+
+const RIVALS: [EffectId; 9] = [
+    EffectId::ForceConstant,
+    EffectId::ForceRipple,
+    EffectId::SecondForceRipple,
+    EffectId::Cogging,
+    EffectId::CoulombFriction,
+    EffectId::ViscousFriction,
+    EffectId::ConstantForce,
+    EffectId::CableSpring,
+    EffectId::EncoderScale,
+];
+
+/// Two ripples of the motor's force, one with a pitch of more than twice the travel, as long as motors have it: both are named, and nothing in the
+/// place of the long one.
+#[test]
+fn ref_a_ripple_of_twice_the_travel_is_named_beside_another_one() {
+    let grinder = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
+    let hidden = [
+        ("effect.force_ripple.period_m", 0.008),
+        ("effect.force_ripple.sine", -0.001),
+        ("effect.force_ripple.cosine", 0.03),
+        ("effect.second_force_ripple.period_m", 0.056),
+        ("effect.second_force_ripple.sine", -0.06),
+        ("effect.second_force_ripple.cosine", 0.05),
+    ];
+    let real = grinder.with_settings(hidden.map(|(path, value)| (path, value.into()))).unwrap();
+    let recording = Strokes::both_ways(&grinder, &real, 5).recording(&SHORT);
+    let options = Options { catalogue: &RIVALS, ..Options::default() };
+    let d = diagnose(&grinder, &recording, &options).unwrap();
+    let mut named: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    named.sort_unstable();
+    println!("{:?} {named:?} G {:.2} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
+    d.causes.iter().for_each(|cause| println!("   {:?}", cause.parameters["period_m"]));
+    assert_eq!((d.verdict, named), (Verdict::Cause, vec!["force_ripple", "second_force_ripple"]));
+    let mut periods: Vec<f64> = d.causes.iter().map(|cause| cause.parameters["period_m"].value).collect();
+    periods.sort_by(f64::total_cmp);
+    // Of less than half a pitch the length is told badly: beyond one and a half travels.
+    assert!(periods[1] > 1.5 * 0.021, "{periods:?}");
 }

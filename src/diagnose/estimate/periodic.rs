@@ -33,7 +33,7 @@ impl Estimate for ForceRipple {
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        [vec![screen.period_range()], vec![(-0.9, 0.9); 4]].concat()
+        [vec![screen.pitch_range()], vec![(-0.9, 0.9); 4]].concat()
     }
 }
 
@@ -45,7 +45,7 @@ impl Estimate for Cogging {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let force = screen.largest_force;
-        [vec![screen.period_range()], vec![(-force, force); 4]].concat()
+        [vec![screen.pitch_range()], vec![(-force, force); 4]].concat()
     }
 }
 

@@ -250,6 +250,20 @@ pub(super) mod tests {
         assert!((first(1.0) / 0.008 - 1.0).abs() < 0.03);
     }
 
+    /// On a short travel pitches of a motor are looked for as long as motors have them (60 mm), periods of a reading up to one and a half travels.
+    #[test]
+    fn exact_pitches_may_be_longer_than_a_short_travel() {
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder");
+        let machine = crate::machine::Machine::read(&folder).unwrap();
+        let longest = |travel: f64| {
+            let position = (0..=1000).map(|k| travel * k as f64 * 1e-3).collect();
+            let screen = Screen { position, constants: Some(machine.constants()), ..Screen::default() };
+            [screen.period_range().1, screen.pitch_range().1]
+        };
+        let close = |a: [f64; 2], b: [f64; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-12);
+        assert!(close(longest(0.02), [0.03, 0.06]) && close(longest(0.1), [0.15, 0.15]));
+    }
+
     /// A force that comes half a sample late leaves much in ramps, and nothing at an even pace; where no pace is even, every
     /// moving sample serves.
     #[test]

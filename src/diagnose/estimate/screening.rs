@@ -1,7 +1,7 @@
 //! What a fit knows before it starts: motion and missing force along the training runs.
 
 use super::orthonormal::orthonormal;
-use crate::effect::Constants;
+use crate::effect::{Cogging, Constants};
 use crate::singular::decomposed;
 use crate::solid::Weight;
 use crate::units::Motion;
@@ -151,7 +151,15 @@ impl Screen {
         stated.iter().copied().filter(|pitch| *pitch <= BEYOND_TRAVEL * self.longest_pitch()).collect()
     }
 
-    /// Pitches that a fit may come to: what is longer than the travel is a spring.
+    /// Pitches of a motor's force that a fit may come to: as long as motors have them, though the travel be shorter. A ripple of the motor's force
+    /// longer than the travel is no spring, and cogging is one to first order only.
+    pub fn pitch_range(&self) -> (f64, f64) {
+        let (shortest, longest) = self.period_range();
+        let usual = self.constants.as_ref().map_or(0.0, |c| Cogging::longest_pitch(c, self.motion));
+        (shortest, longest.max(usual))
+    }
+
+    /// Periods of a reading's error that a fit may come to: what is longer than the travel is a scale.
     pub fn period_range(&self) -> (f64, f64) {
         (3e-4 * self.longest_pitch(), BEYOND_TRAVEL * self.longest_pitch())
     }
