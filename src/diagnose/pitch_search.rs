@@ -36,7 +36,7 @@ pub struct Travel {
     pub low: f64,
     /// The highest.
     pub high: f64,
-    /// The longest pitch that a fit may come to.
+    /// The longest pitch that a fit begins with.
     pub longest: f64,
 }
 

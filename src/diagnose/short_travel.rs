@@ -13,8 +13,8 @@ use crate::units::engineering;
 ///
 /// # Model
 /// Over a part of a pitch p, the first and the second wave of a cogging make any straight line:
-/// `s₁·sin φ + s₂·sin 2φ = (s₁ + 2·s₂)·φ − (s₁ + 8·s₂)·φ³/6 + …`, φ = 2πx/p, has no cubic term with s₁ = −8·s₂. Such pitches are not looked for, and the
-/// line is called a spring.
+/// `s₁·sin φ + s₂·sin 2φ = (s₁ + 2·s₂)·φ − (s₁ + 8·s₂)·φ³/6 + …`, φ = 2πx/p, has no cubic term with s₁ = −8·s₂. Where a spring is the
+/// simpler one of the two, the line is called a spring.
 ///
 /// # Validity
 /// Where the catalogue has cogging and none is named.
@@ -24,14 +24,16 @@ pub fn qualify(causes: &mut [Cause], machine: &Machine, runs: &[&Experiment], ca
     let name = EffectId::Cogging.name();
     let travel = untested::travel(runs);
     let longest = Cogging::longest_pitch(&constants, machine.motion());
-    if !may_be || causes.iter().any(|cause| cause.covers(name)) || BEYOND_TRAVEL * travel >= longest {
+    if !may_be || causes.iter().any(|cause| cause.effect == name) || BEYOND_TRAVEL * travel >= longest {
         return;
     }
     let unit = Signal::Position.si_unit(machine.motion());
     let told = |length: f64| engineering(length, unit);
     for cause in causes.iter_mut().filter(|cause| cause.effect == EffectId::CableSpring.name()) {
-        cause.confusable_with.push(name.to_owned());
-        cause.confusable_with.sort();
+        if !cause.confusable_with.iter().any(|other| other == name) {
+            cause.confusable_with.push(name.to_owned());
+            cause.confusable_with.sort();
+        }
         let own = cause.confusable_reason.take().map_or_else(String::new, |reason| reason + " ");
         cause.confusable_reason = Some(format!(
             "{own}These runs travel {}: cogging with a pitch above {} looks like a spring there, and strokes of {} tell it.",

@@ -30,7 +30,7 @@ impl Search<'_> {
         screen: &Screen,
     ) -> Result<()> {
         let (low, high) = screen.ends();
-        let travel = Travel { low, high, longest: screen.pitch_range().1 };
+        let travel = Travel { low, high, longest: screen.period_range().1 };
         let (runs, floor) = (self.training.runs(), &self.floors.common);
         let mut objective = Objective::new(self.machine, &fit.hypothesis, runs, floor);
         objective.stride = sensitivities.stride;
