@@ -253,8 +253,13 @@ pub(super) mod tests {
     /// On a short travel pitches of a motor are looked for as long as motors have them (60 mm), periods of a reading up to one and a half travels.
     #[test]
     fn exact_pitches_may_be_longer_than_a_short_travel() {
-        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder");
-        let machine = crate::machine::Machine::read(&folder).unwrap();
+        let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let folders = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+        let mut machines = folders.filter_map(|folder| crate::machine::Machine::read(&folder).ok());
+        let is_linear = |m: &crate::machine::Machine| {
+            m.motion() == crate::units::Motion::Prismatic && m.constants().stated_pitches.is_empty()
+        };
+        let machine = machines.find(is_linear).unwrap();
         let longest = |travel: f64| {
             let position = (0..=1000).map(|k| travel * k as f64 * 1e-3).collect();
             let screen = Screen { position, constants: Some(machine.constants()), ..Screen::default() };
