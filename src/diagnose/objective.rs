@@ -33,6 +33,9 @@ const MEDIAN_TO_SIGMA: f64 = 1.4826;
 /// Variance of what a hypothesis does not describe, S², in units of each signal's noise variance.
 pub(super) type Undescribed = BTreeMap<Signal, f64>;
 
+/// Residuals of varied machines, and those with the phases of a vibration advanced, where there is one.
+type Changed = (Vec<DVector<f64>>, Option<DVector<f64>>);
+
 /// What a fit minimises: normalised residuals of closed-loop replays, and calibration's distance from its
 /// stated values in tolerances.
 pub struct Objective<'a> {
@@ -190,11 +193,7 @@ impl<'a> Objective<'a> {
 
     /// Residuals of machines near one with a vibration, all with the phases that suit that one, and those of that one with each phase advanced
     /// by [`DIFFERENCE`] rad.
-    fn changed_near(
-        &self,
-        near: &Machine,
-        machines: Vec<Machine>,
-    ) -> Result<(Vec<DVector<f64>>, Option<DVector<f64>>)> {
+    fn changed_near(&self, near: &Machine, machines: Vec<Machine>) -> Result<Changed> {
         let mut all: Vec<(Machine, f64)> = machines.into_iter().map(|machine| (machine, 0.0)).collect();
         all.push((near.clone(), DIFFERENCE));
         let mut changed = self.residuals_by(all.len(), |experiment| experiment.predict_near(near, &all))?;

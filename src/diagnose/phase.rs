@@ -170,7 +170,7 @@ mod tests {
         let fixed = (wave(omega + step, phases) - wave(omega - step, phases)) / (2.0 * step);
         let turned = |by: f64| wave(omega, phases.map(|phase| phase + by));
         let by_phase = (turned(step) - turned(-step)) / (2.0 * step);
-        let mut jacobian = DMatrix::from_columns(&[fixed.clone()]);
+        let mut jacobian = DMatrix::from_columns(std::slice::from_ref(&fixed));
         follow(&mut jacobian, &by_phase, &weights, &[0..samples, samples..rows]);
         let off = |column: &DVector<f64>| (column - &expected).norm() / expected.norm();
         assert!(off(&jacobian.column(0).into_owned()) < 1e-3, "{}", off(&jacobian.column(0).into_owned()));
