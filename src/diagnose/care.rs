@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 /// Steps along a narrow, curved valley are short: motor constants, mass and friction compensate each other.
 const MOST_ITERATIONS: usize = 60;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
-const ROUGH_ITERATIONS: usize = 8;
+pub(super) const ROUGH_ITERATIONS: usize = 8;
 /// Relative fall of the sum of squares below which a rough fit has arrived.
 const ROUGHLY_ARRIVED: f64 = 3e-3;
 /// Fall of the weighted sum of squares below which a fit has arrived: its numbers are within a tenth of the standard error that white residuals

@@ -1,7 +1,7 @@
 //! Levenberg–Marquardt between bounds: from a start to where a hypothesis fits best.
 
 use super::bounded;
-use super::care::Care;
+use super::care::{Care, ROUGH_ITERATIONS};
 use super::hypothesis::Free;
 use super::objective::{Objective, Undescribed};
 use crate::error::Result;
@@ -22,10 +22,6 @@ const LESS_DAMPING: f64 = 0.1;
 const MORE_DAMPING: f64 = 20.0;
 /// Smallest element of the diagonal that damps: a parameter that the data do not determine stays where it is.
 const SMALLEST_DIAGONAL: f64 = 1e-12;
-
-/// Steps after which the variance of what a hypothesis does not describe may only fall. With a variance of its own at each step the sum of squares
-/// is another one each time, and a descent may go around in circles; with one that only falls it ends.
-const REWEIGHTED: usize = 8;
 
 /// Where a descent ended.
 pub(super) struct Arrived {
@@ -56,12 +52,13 @@ pub(super) fn descend(
     let mut undescribed = Undescribed::new();
     for iteration in 0..iterations {
         let latest = objective.undescribed(&residuals);
-        if iteration < REWEIGHTED {
-            undescribed = latest;
-        } else {
-            let smaller = |(signal, variance): (_, f64)| (signal, variance.min(undescribed[&signal]));
-            undescribed = latest.into_iter().map(smaller).collect();
-        }
+        // With a variance of its own at each step the sum of squares is another one each time, and a descent may go around in circles. After as many
+        // steps as a rough fit has, the variance may only fall: Huber's weights alone majorise one fixed loss, and the descent ends.
+        let held = |(signal, variance): (_, f64)| match iteration < ROUGH_ITERATIONS {
+            true => (signal, variance),
+            false => (signal, variance.min(undescribed[&signal])),
+        };
+        undescribed = latest.into_iter().map(held).collect();
         let weights = objective.weights_beside(&undescribed, &residuals);
         let cost = objective.cost(&residuals, &weights, &values);
         let jacobian = objective.jacobian(&values, &residuals, care.known())?;

@@ -1,9 +1,7 @@
 //! What a hypothesis leaves undescribed, and what of it may have gone into the numbers of its fit.
 
-use super::experiment::Experiment;
-use super::fit::{Fit, inverted};
+use super::linearised::Linearised;
 use super::motion;
-use super::noise::Floor;
 use super::objective::Objective;
 use super::waves::{self, Wave};
 use crate::effect::EffectId;
@@ -42,30 +40,18 @@ const SHARE: f64 = 1e-5;
 ///
 /// # Errors
 /// Whatever a replay refuses.
-pub fn covariance(
-    machine: &Machine,
-    fit: &Fit,
-    experiments: &[Experiment],
-    floor: &Floor,
-) -> Result<Option<DMatrix<f64>>> {
-    let objective = Objective::new(machine, &fit.hypothesis, experiments, floor);
-    let residuals = objective.residuals(&fit.values)?;
-    let weights = objective.weights(&residuals);
-    let excess: f64 = residuals.iter().zip(&weights).map(|(r, w)| w * (r * r - 1.0)).sum();
-    if excess <= 0.0 || fit.values.is_empty() {
+pub fn covariance(linear: &Linearised, fitted: &Machine) -> Result<Option<DMatrix<f64>>> {
+    let Linearised { objective, residuals, weights, jacobian, .. } = linear;
+    let excess: f64 = residuals.iter().zip(weights).map(|(r, w)| w * (r * r - 1.0)).sum();
+    if excess <= 0.0 {
         return Ok(None);
     }
-    let responses = responses(&objective, &fit.machine(machine)?, &residuals)?;
-    let jacobian = objective.jacobian(&fit.values, &residuals, None)?;
-    let (normal, _) = objective.normal(&jacobian, &residuals, &weights, &fit.values);
-    let inverse = inverted(&normal);
-    let mut taken = DMatrix::zeros(fit.values.len(), fit.values.len());
-    let mut left = 0.0;
-    for response in responses {
-        let weighted = response.component_mul(&weights);
-        let moved = -&inverse * jacobian.tr_mul(&weighted);
-        let rest = &response + &jacobian * &moved;
-        left += rest.component_mul(&weights).dot(&rest);
+    let count = jacobian.ncols();
+    let (mut taken, mut left) = (DMatrix::zeros(count, count), 0.0);
+    for response in responses(objective, fitted, residuals)? {
+        let moved = linear.step(&response);
+        let rest = &response + jacobian * &moved;
+        left += rest.component_mul(weights).dot(&rest);
         taken += &moved * moved.transpose();
     }
     Ok((left > 0.0).then(|| taken * (excess / left)))

@@ -267,8 +267,11 @@ fn channels(experiment: &Experiment, predicted: &Traces, floor: &Floor) -> Vec<(
     all.map(|(channel, residual)| (channel, residual.into_iter().map(finite).collect())).collect()
 }
 
-fn finite(residual: f64) -> f64 {
-    const LARGEST: f64 = 1e9;
+/// Residuals beyond this many σ weigh as this many: keeps a diverging candidate finite.
+pub(super) const LARGEST: f64 = 1e9;
+
+/// A residual of at most [`LARGEST`].
+pub(super) fn finite(residual: f64) -> f64 {
     if residual.is_finite() { residual.clamp(-LARGEST, LARGEST) } else { LARGEST }
 }
 

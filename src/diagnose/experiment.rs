@@ -178,6 +178,15 @@ impl Experiment {
         Ok(Self { run, ..self.clone() })
     }
 
+    /// The same run with the start, and the states in which its windows begin, read off its samples again.
+    ///
+    /// # Errors
+    /// A setting of the run that the machine does not have.
+    pub fn begun_as_read(&self, machine: &Machine) -> Result<Self> {
+        let (recorded, mode) = replayed(&self.run, machine, &self.settings.machine(machine)?)?;
+        Ok(Self { recorded, mode, ..self.clone() })
+    }
+
     /// The run.
     pub fn run(&self) -> &Run {
         &self.run
@@ -254,9 +263,9 @@ impl Experiment {
     ///
     /// # Errors
     /// A setting of the run that one of the machines does not have.
-    pub fn predict_near(&self, near: &Machine, machines: &[(Machine, f64)]) -> Result<Vec<Traces>> {
+    pub fn predict_near(&self, near: &Machine, machines: &[(&Machine, f64)]) -> Result<Vec<Traces>> {
         let near = self.machine(near)?;
-        let set = |(machine, advance_rad): &(Machine, f64)| {
+        let set = |(machine, advance_rad): &(&Machine, f64)| {
             phase::advanced(&self.run, &near, self.settings.machine(machine)?, *advance_rad)
         };
         let machines: Result<Vec<Machine>> = machines.iter().map(set).collect();

@@ -32,6 +32,7 @@ pub mod hypothesis;
 pub mod identifiability;
 mod improve;
 mod json;
+mod linearised;
 mod locate;
 mod measured;
 pub mod motion;
@@ -76,6 +77,7 @@ use experiment::{Experiment, HeldOut, Training};
 use floors::Floors;
 use folds::Folds;
 use found::{Candidate, Found};
+use linearised::Linearised;
 use next_experiment::NextExperiment;
 use noise::Floor;
 use selection::Search;
@@ -311,15 +313,13 @@ impl<'a> Ready<'a> {
             None => Folds::of(self.machine, fit, &self.training, &self.floors.common)?,
         };
         fit.standard_errors = folds.widened(fit);
-        let floor = &self.floors.common;
-        let runs = self.training.runs();
-        let added = [
-            discrepancy::covariance(self.machine, fit, runs, floor)?,
-            sensor_bias::covariance(self.machine, fit, runs, floor)?,
-        ];
-        for covariance in added.iter().flatten() {
-            fit.widen(covariance);
+        if fit.values.is_empty() {
+            return Ok(folds);
         }
+        let fitted = fit.machine(self.machine)?;
+        let linear = Linearised::of(self.machine, fit, self.training.runs(), &self.floors.common)?;
+        let added = [discrepancy::covariance(&linear, &fitted)?, sensor_bias::covariance(&linear, &fitted)?];
+        added.iter().flatten().for_each(|covariance| fit.widen(covariance));
         Ok(folds)
     }
 

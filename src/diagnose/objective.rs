@@ -1,6 +1,7 @@
 //! What a fit minimises.
 
 use super::care::{Care, Sensitivities};
+use super::evidence::{LARGEST, finite};
 use super::experiment::Experiment;
 use super::hypothesis::Hypothesis;
 use super::noise::Floor;
@@ -20,9 +21,6 @@ use std::ops::Range;
 /// what each makes alone, and the curvature of the step must stay below that; rounding is below 10⁻⁸ still.
 const DIFFERENCE: f64 = 1e-6;
 
-/// Residuals beyond this many σ weigh as this many: keeps a diverging candidate finite.
-const LARGEST: f64 = 1e9;
-
 /// Residuals beyond so many robust standard deviations count linearly, not squared: moments at which the twin is
 /// structurally wrong (a reversal, a jump of the command) must not set its constants. White noise stays untouched.
 const GUARD: f64 = 3.0;
@@ -32,9 +30,6 @@ const MEDIAN_TO_SIGMA: f64 = 1.4826;
 
 /// Variance of what a hypothesis does not describe, S², in units of each signal's noise variance.
 pub(super) type Undescribed = BTreeMap<Signal, f64>;
-
-/// Residuals of varied machines, and those with the phases of a vibration advanced, where there is one.
-type Changed = (Vec<DVector<f64>>, Option<DVector<f64>>);
 
 /// What a fit minimises: normalised residuals of closed-loop replays, and calibration's distance from its
 /// stated values in tolerances.
@@ -121,8 +116,7 @@ impl<'a> Objective<'a> {
             Ok(replay(experiment)?.iter().map(|traces| self.of_run(experiment, traces)).collect())
         };
         let runs: Vec<Vec<Vec<f64>>> = self.experiments.par_iter().map(of_run).collect::<Result<_>>()?;
-        let bounded = |r: f64| if r.is_finite() { r.clamp(-LARGEST, LARGEST) } else { LARGEST };
-        let of = |k: usize| runs.iter().flat_map(|run| &run[k]).copied().map(bounded).collect::<Vec<f64>>();
+        let of = |k: usize| runs.iter().flat_map(|run| &run[k]).copied().map(finite).collect::<Vec<f64>>();
         Ok((0..count).map(of).map(DVector::from_vec).collect())
     }
 
@@ -174,12 +168,14 @@ impl<'a> Objective<'a> {
         let even = |machine: Machine| noisy.iter().try_fold(machine, |m, of| m.without_effect(*of)).ok();
         let machines: Vec<Option<Machine>> =
             varied.iter().map(|set| self.fitted(set).and_then(even)).collect();
-        let near = self.fitted(values).filter(shakes);
-        let (mut changed, by_phase) =
-            match near.filter(|_| !machines.is_empty() && machines.iter().all(Option::is_some)) {
-                Some(near) => self.changed_near(&near, machines.into_iter().flatten().collect())?,
-                None => (self.replayed(machines)?, None),
-            };
+        let near = self.fitted(values).and_then(even).filter(shakes);
+        let valid: Option<Vec<Machine>> = machines.iter().cloned().collect();
+        let shaken = near.zip(valid).filter(|(_, varied)| !varied.is_empty());
+        let mut changed = match &shaken {
+            Some((near, varied)) => self.residuals_near(near, varied)?,
+            None => self.replayed(machines)?,
+        };
+        let by_phase = shaken.and_then(|_| changed.pop());
         let own = if noisy.is_empty() { None } else { changed.pop() };
         let own = own.as_ref().unwrap_or(residuals);
         for ((k, per_step), changed) in steps.into_iter().zip(changed) {
@@ -191,14 +187,12 @@ impl<'a> Objective<'a> {
         Ok(jacobian)
     }
 
-    /// Residuals of machines near one with a vibration, all with the phases that suit that one, and those of that one with each phase advanced
-    /// by [`DIFFERENCE`] rad.
-    fn changed_near(&self, near: &Machine, machines: Vec<Machine>) -> Result<Changed> {
-        let mut all: Vec<(Machine, f64)> = machines.into_iter().map(|machine| (machine, 0.0)).collect();
-        all.push((near.clone(), DIFFERENCE));
-        let mut changed = self.residuals_by(all.len(), |experiment| experiment.predict_near(near, &all))?;
-        let by_phase = changed.pop();
-        Ok((changed, by_phase))
+    /// Residuals of machines near one with a vibration, all with the phases that suit that one; last, those of that one with each phase
+    /// advanced by [`DIFFERENCE`] rad.
+    fn residuals_near(&self, near: &Machine, machines: &[Machine]) -> Result<Vec<DVector<f64>>> {
+        let advanced = machines.iter().map(|machine| (machine, 0.0)).chain([(near, DIFFERENCE)]);
+        let all: Vec<(&Machine, f64)> = advanced.collect();
+        self.residuals_by(all.len(), |experiment| experiment.predict_near(near, &all))
     }
 
     /// Rows of each run.

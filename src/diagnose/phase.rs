@@ -80,8 +80,12 @@ pub fn advanced(run: &Run, of: &Machine, machine: Machine, advance_rad: f64) -> 
 /// Derivatives of residuals, taken at a fixed phase in each run, become those with phases that follow.
 ///
 /// # Model
-/// The phase of each run, whose rows are given, is what makes the weighted sum of squares smallest, `pᵀWr = 0`, with p the derivative by the phase. Where the residuals
-/// are small, the derivative by another number is then `j − p·(pᵀWj)/(pᵀWp)`. A phase that is stated or does nothing has p = 0.
+/// The phase of each run, whose rows are given, is what makes the weighted sum of squares smallest, `pᵀWr = 0`, with p the derivative of the residuals r
+/// by the phase (1/rad). The derivative j by another number is then `j − p·(pᵀWj)/(pᵀWp)`. A phase that is stated or does nothing has p = 0.
+///
+/// # Validity
+/// To first order in the residuals. [`suited`] weighs each signal by what the mean replay leaves of it, not by W: the derivatives are those of its phases
+/// where both weigh alike, else a fit descends a little less directly.
 ///
 /// # Source
 /// L. Kaufman (1975), *A variable projection method for solving separable nonlinear least squares problems*, BIT 15:49.

@@ -1,8 +1,7 @@
 //! What the sensors put into the numbers of a fit beside scatter.
 
 use super::experiment::Experiment;
-use super::fit::{Fit, inverted};
-use super::noise::Floor;
+use super::linearised::Linearised;
 use super::objective::Objective;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -12,7 +11,7 @@ use rayon::prelude::*;
 
 /// Draws of the sensors' noise at most and at least: the mean of eight is known to a third of what one draw scatters, which adds 6 % to a standard error.
 const DRAWS: (usize, usize) = (8, 4);
-/// So many samples are drawn anew in all: a choice of cost.
+/// So many samples are drawn anew, over all draws and training runs: a choice of cost.
 const SAMPLES: usize = 400_000;
 
 /// Covariance that the sensors add to that of a fit's numbers, in units of their scales, beside what their noise makes the numbers scatter; none where
@@ -33,40 +32,32 @@ const SAMPLES: usize = 400_000;
 /// ```
 ///
 /// # Validity
-/// To first order, as far as encoder and current sensor are as the machine's file states them. The start of a run that was cut out of a longer one
+/// To first order in the change of the numbers, as far as encoder and current sensor are as the machine's file states them. The start of a run that was cut out of a longer one
 /// counts as known.
+///
+/// # Source
+/// Parametric bootstrap: B. Efron, R. J. Tibshirani (1993), *An Introduction to the Bootstrap*, ch. 6 and 10, with the linear step in the place of
+/// a fit of each draw.
 ///
 /// # Errors
 /// Whatever a replay refuses.
-pub fn covariance(
-    machine: &Machine,
-    fit: &Fit,
-    experiments: &[Experiment],
-    floor: &Floor,
-) -> Result<Option<DMatrix<f64>>> {
-    let fitted = fit.machine(machine)?;
-    if fit.values.is_empty() || fitted.description().has_perfect_sensors() {
+pub fn covariance(linear: &Linearised, fitted: &Machine) -> Result<Option<DMatrix<f64>>> {
+    if fitted.description().has_perfect_sensors() {
         return Ok(None);
     }
-    let objective = Objective::new(machine, &fit.hypothesis, experiments, floor);
-    let residuals = objective.residuals(&fit.values)?;
-    let jacobian = objective.jacobian(&fit.values, &residuals, None)?;
-    let weights = objective.weights(&residuals);
-    let (normal, _) = objective.normal(&jacobian, &residuals, &weights, &fit.values);
-    let inverse = inverted(&normal);
-    let taken = |left: &DVector<f64>| -&inverse * jacobian.tr_mul(&left.component_mul(&weights));
-    let samples: usize = experiments.iter().map(Experiment::samples).sum();
+    let objective = &linear.objective;
+    let samples: usize = objective.experiments.iter().map(Experiment::samples).sum();
     let draws = (SAMPLES / samples.max(1)).clamp(DRAWS.1, DRAWS.0);
-    let drawn = |seed: usize| drawn(&objective, &fitted, seed as u64);
+    let drawn = |seed: usize| drawn(objective, fitted, seed as u64);
     let drawn: Vec<[DVector<f64>; 2]> = (0..draws).into_par_iter().map(drawn).collect::<Result<_>>()?;
-    let mut bias = DVector::zeros(fit.values.len());
-    let mut covariance = DMatrix::zeros(fit.values.len(), fit.values.len());
+    let count = linear.jacobian.ncols();
+    let (mut bias, mut by_starts) = (DVector::zeros(count), DMatrix::zeros(count, count));
     for [known, read] in drawn {
-        bias += taken(&known) / draws as f64;
-        let by_start = taken(&(read - known));
-        covariance += &by_start * by_start.transpose() / draws as f64;
+        bias += linear.step(&known) / draws as f64;
+        let by_start = linear.step(&(read - known));
+        by_starts += &by_start * by_start.transpose() / draws as f64;
     }
-    Ok(Some(covariance + &bias * bias.transpose()))
+    Ok(Some(by_starts + &bias * bias.transpose()))
 }
 
 /// Normalised residuals of the fitted twin's own noisy logs: against its replay from the start that they really had, and from that which is read off them.
@@ -74,7 +65,7 @@ fn drawn(objective: &Objective, fitted: &Machine, seed: u64) -> Result<[DVector<
     let (mut known, mut read) = (Vec::new(), Vec::new());
     for experiment in objective.experiments {
         let log = experiment.imagined(fitted, run_seed(seed, experiment.run().name()))?;
-        read.push(Experiment::new(log.run(), objective.machine)?);
+        read.push(log.begun_as_read(objective.machine)?);
         known.push(log);
     }
     let left = |experiments: &[Experiment]| -> Result<DVector<f64>> {

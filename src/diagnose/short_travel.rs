@@ -13,8 +13,8 @@ use crate::units::engineering;
 ///
 /// # Model
 /// Over a part of a pitch p, the first and the second wave of a cogging make any straight line:
-/// `s₁·sin φ + s₂·sin 2φ = (s₁ + 2·s₂)·φ − (s₁ + 8·s₂)·φ³/6 + …`, φ = 2πx/p, has no cubic term with s₁ = −8·s₂. Where a spring is the
-/// simpler one of the two, the line is called a spring.
+/// `s₁·sin φ + s₂·sin 2φ = (s₁ + 2·s₂)·φ − (s₁ + 8·s₂)·φ³/6 + …`, φ = 2πx/p, has no cubic term with s₁ = −8·s₂. A fit of
+/// the spring, which has fewer numbers, is then as good and may be preferred.
 ///
 /// # Validity
 /// Where the catalogue has cogging and none is named.

@@ -2,11 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use crate::support::strokes::{Cell, Strokes};
+use crate::support::told::{model, names, show, with};
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
-use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};
-use std::path::Path;
 
 const CELLS: [Cell; 4] = [
     (0.018, 1.16, Role::Training),
@@ -38,9 +37,8 @@ const HIDDEN: [(&str, f64); 6] = [
 
 /// An axis of which position, velocity and effort are logged, and what is told of it.
 fn told(hidden: &[(&str, f64)], kept: &[Signal]) -> Diagnosis {
-    let stated = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/emps")).unwrap();
-    let settings = hidden.iter().map(|&(path, value)| (path, value.into()));
-    let real = stated.with_settings(settings).unwrap();
+    let stated = model("emps");
+    let real = with(&stated, hidden);
     let whole = Strokes::both_ways(&stated, &real, 17).recording(&CELLS);
     let thinned = |run: &Run| {
         let signals = run.signals().iter().filter(|(signal, _)| kept.contains(signal));
@@ -49,13 +47,7 @@ fn told(hidden: &[(&str, f64)], kept: &[Signal]) -> Diagnosis {
     let recording = Recording::new(whole.runs().iter().map(thinned).collect()).unwrap();
     let options = Options { catalogue: &CATALOGUE, ..Options::default() };
     let d = diagnose(&stated, &recording, &options).unwrap();
-    println!("{:?} G {:.2} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
-    for cause in &d.causes {
-        println!("   {} {:.3} {:?}", cause.effect, cause.probability, cause.confusable_with);
-    }
-    for ranked in d.ranking.iter().take(4) {
-        println!("   {ranked:?}");
-    }
+    show(&d);
     d
 }
 
@@ -87,9 +79,7 @@ fn ref_effects_without_equals_stay_alone() {
         ("effect.cable_spring.centre_m", 5e-3),
     ];
     let d = told(&hidden, &DRIVE);
-    let mut names: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
-    names.sort_unstable();
-    assert_eq!((d.verdict, names), (Verdict::Cause, vec!["cable_spring", "loop_delay"]));
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["cable_spring", "loop_delay"]));
     for cause in &d.causes {
         let equals: &[&str] = if cause.effect == "cable_spring" { &["cogging"] } else { &[] };
         assert_eq!(cause.confusable_with, equals, "{cause:?}");

@@ -2,12 +2,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use crate::support::strokes::{Cell, Strokes};
+use crate::support::told::{model, names, show, with};
 use slideway::diagnose::decide::Verdict;
 use slideway::diagnose::{Options, diagnose};
 use slideway::effect::EffectId;
-use slideway::machine::Machine;
 use slideway::recording::Role;
-use std::path::Path;
 
 const CELLS: [Cell; 5] = [
     (0.043, 8.0, Role::Training),
@@ -21,16 +20,12 @@ const CELLS: [Cell; 5] = [
 /// both, and neither is taken for friction that differs between the directions.
 #[test]
 fn ref_a_small_wave_longer_than_the_travel_is_found_beside_friction() {
-    let grinder = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
-    let with = |machine: &Machine, settings: &[(&str, f64)]| {
-        machine.with_settings(settings.iter().map(|&(path, value)| (path, value.into()))).unwrap()
-    };
     let friction = [
         ("effect.coulomb_friction.force_n", 28.0),
         ("effect.presliding.stiffness_n_per_m", 2.2e6),
         ("effect.presliding.damping_n_s_per_m", 2000.0),
     ];
-    let stated = with(&grinder, &friction);
+    let stated = with(&model("grinder"), &friction);
     let hidden = [
         ("effect.amplifier_offset.offset_v", 1.8e-3),
         ("effect.cogging.period_m", 0.051),
@@ -41,16 +36,10 @@ fn ref_a_small_wave_longer_than_the_travel_is_found_beside_friction() {
     let real = with(&stated, &hidden);
     let recording = Strokes::both_ways(&stated, &real, 3).recording(&CELLS);
     let d = diagnose(&stated, &recording, &Options::default()).unwrap();
-    let named: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
-    println!("{:?} {named:?} G {:.2} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
-    assert_eq!(d.verdict, Verdict::Cause);
-    assert!(
-        named.len() == 2 && named.contains(&"amplifier_offset") && named.contains(&"cogging"),
-        "{named:?}"
-    );
+    show(&d);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["amplifier_offset", "cogging"]));
     let cogging = d.causes.iter().find(|cause| cause.effect == "cogging").unwrap();
     let period = &cogging.parameters["period_m"];
-    println!("{period:?}");
     assert!(period.ci95[0] <= 0.051 && 0.051 <= period.ci95[1], "{period:?}");
 }
 
@@ -78,7 +67,7 @@ const RIVALS: [EffectId; 9] = [
 /// place of the long one.
 #[test]
 fn ref_a_ripple_of_twice_the_travel_is_named_beside_another_one() {
-    let grinder = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
+    let grinder = model("grinder");
     let hidden = [
         ("effect.force_ripple.period_m", 0.008),
         ("effect.force_ripple.sine", -0.001),
@@ -87,15 +76,12 @@ fn ref_a_ripple_of_twice_the_travel_is_named_beside_another_one() {
         ("effect.second_force_ripple.sine", -0.06),
         ("effect.second_force_ripple.cosine", 0.05),
     ];
-    let real = grinder.with_settings(hidden.map(|(path, value)| (path, value.into()))).unwrap();
+    let real = with(&grinder, &hidden);
     let recording = Strokes::both_ways(&grinder, &real, 5).recording(&SHORT);
     let options = Options { catalogue: &RIVALS, ..Options::default() };
     let d = diagnose(&grinder, &recording, &options).unwrap();
-    let mut named: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
-    named.sort_unstable();
-    println!("{:?} {named:?} G {:.2} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
-    d.causes.iter().for_each(|cause| println!("   {:?}", cause.parameters["period_m"]));
-    assert_eq!((d.verdict, named), (Verdict::Cause, vec!["force_ripple", "second_force_ripple"]));
+    show(&d);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["force_ripple", "second_force_ripple"]));
     let mut periods: Vec<f64> = d.causes.iter().map(|cause| cause.parameters["period_m"].value).collect();
     periods.sort_by(f64::total_cmp);
     // Of less than half a pitch the length is told badly: beyond one and a half travels.

@@ -2,11 +2,10 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs, clippy::print_stdout)]
 
 use crate::support::strokes::{Cell, Strokes};
+use crate::support::told::{model, names, show, with};
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::effect::EffectId;
-use slideway::machine::Machine;
 use slideway::recording::{Role, Signal};
-use std::path::Path;
 
 /// Stroke in rad, feed in rad/min.
 const CELLS: [Cell; 5] = [
@@ -51,30 +50,14 @@ const KNOWN: [(&str, f64); 3] = [
 ];
 
 fn told(cells: &[Cell], known: &[(&str, f64)], hidden: &[(&str, f64)]) -> Diagnosis {
-    let file = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/servo")).unwrap();
-    let with = |machine: &Machine, list: &[(&str, f64)]| {
-        machine.with_settings(list.iter().map(|&(path, value)| (path, value.into()))).unwrap()
-    };
-    let stated = with(&file, known);
+    let stated = with(&model("servo"), known);
     let real = with(&stated, hidden);
     let recording = Strokes::both_ways(&stated, &real, 23).recording(cells);
     assert!(recording.runs().iter().all(|run| run.signal(Signal::Current).is_some()));
     let options = Options { catalogue: &CATALOGUE, ..Options::default() };
     let d = diagnose(&stated, &recording, &options).unwrap();
-    println!("{:?} G {:.2} -> {:.2}", d.verdict, d.gap.before, d.gap.after);
-    for cause in &d.causes {
-        println!("   {} {:.3} {:?}", cause.effect, cause.probability, cause.parameters);
-    }
-    for ranked in d.ranking.iter().take(4) {
-        println!("   {ranked:?}");
-    }
+    show(&d);
     d
-}
-
-fn names(d: &Diagnosis) -> Vec<&str> {
-    let mut names: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
-    names.sort_unstable();
-    names
 }
 
 /// Friction of one place that makes less torque than the noise of the current.

@@ -6,6 +6,7 @@
 
 pub mod random_input;
 pub mod strokes;
+pub mod told;
 
 use std::ffi::OsString;
 use std::io::Write as _;
