@@ -1,4 +1,5 @@
 //! What tests of the diagnosis share: machines with numbers set, and a verdict printed.
+#![allow(clippy::print_stdout)]
 
 use slideway::diagnose::Diagnosis;
 use slideway::machine::Machine;
