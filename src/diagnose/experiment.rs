@@ -55,6 +55,8 @@ pub struct Experiment {
     /// Of two position sensors, the one whose zero is its own.
     second_sensor: Option<Signal>,
     settings: RunSettings,
+    /// Whether the run was cut out of a longer one, whose samples around the cut tell its start.
+    is_cut: bool,
 }
 
 /// Runs that fits see.
@@ -146,7 +148,8 @@ impl Experiment {
             .filter(|s| run.signal(*s).is_some() && modelled(*s) && compared(s))
             .collect();
         let second_sensor = second_sensor(run, machine).filter(|_| matches!(mode, Mode::ClosedLoop));
-        Ok(Self { run: run.clone(), recorded, signals, mode, second_sensor, settings })
+        let is_cut = run.entry().is_some();
+        Ok(Self { run: run.clone(), recorded, signals, mode, second_sensor, settings, is_cut })
     }
 
     /// The signal that drives the replay; none where it follows the reference in closed loop.
@@ -168,23 +171,45 @@ impl Experiment {
             Mode::ClosedLoop => self.recorded.replay(&set, axis, sensing),
             Mode::Windows(windowed) => windowed.free_run(&set, axis, sensing),
         };
+        self.logging(&traces)
+    }
+
+    /// The same run with other samples of the signals that are compared.
+    fn logging(&self, traces: &Traces) -> Result<Self> {
         let mut signals = self.run.signals().clone();
         for (signal, samples) in &mut signals {
             if let Some(trace) = traces.signal(*signal).filter(|_| self.signals.contains(signal)) {
                 trace.clone_into(samples);
             }
         }
-        let run = self.run.with_signals(signals)?;
+        let mut run = self.run.with_signals(signals)?;
+        run.metadata.clone_from(&self.run.metadata);
         Ok(Self { run, ..self.clone() })
     }
 
-    /// The same run with the start, and the states in which its windows begin, read off its samples again.
+    /// The same run with the start, and the states in which its windows begin, read off its samples again. That of a run which was cut out of a
+    /// longer one stays: the samples before the cut tell it.
     ///
     /// # Errors
     /// A setting of the run that the machine does not have.
     pub fn begun_as_read(&self, machine: &Machine) -> Result<Self> {
+        if self.is_cut {
+            return Ok(self.clone());
+        }
         let (recorded, mode) = replayed(&self.run, machine, &self.settings.machine(machine)?)?;
         Ok(Self { recorded, mode, ..self.clone() })
+    }
+
+    /// What the machine's twin predicts of the run, had it been logged with these samples, from the start that they show; none where more than the
+    /// samples of the run tells the start, or windows begin anew.
+    ///
+    /// # Errors
+    /// A setting of the run that the machine does not have.
+    pub fn foreseen(&self, machine: &Machine, logged: &Traces) -> Result<Option<Traces>> {
+        if self.is_cut || matches!(self.mode, Mode::Windows(_)) {
+            return Ok(None);
+        }
+        self.logging(logged)?.begun_as_read(machine)?.predict(machine, Sensing::Perfect).map(Some)
     }
 
     /// The run.

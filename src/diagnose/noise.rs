@@ -58,9 +58,9 @@ impl Floor {
     ///
     /// # Model
     /// Declared noise reaches every signal through the loop of `machine`: σ(t) is the RMS difference between
-    /// replays with and without it, over several draws and a short window of time. It is not the same all the
-    /// time: on a guide with dry friction, noise shakes a resting axis loose at moments that nobody can predict, and
-    /// σ grows where that happens. The signal's level is the median of σ(t); the rest is its profile, at least 1.
+    /// logs with it and what the same twin predicts of them from the start that it reads off each, over several draws and a short window of time. It is
+    /// not the same all the time: a start is known as well as a few samples tell it, and what it is off by dies out with the transient after it; on a
+    /// guide with dry friction, noise shakes a resting axis loose at moments that nobody can predict, and σ grows where that happens. The signal's level is the median of σ(t); the rest is its profile, at least 1.
     /// At standstill a stuck axis shows less noise than a moving one, hence the larger of dwell and declared.
     ///
     /// # Errors
@@ -307,18 +307,17 @@ impl Declared {
     }
 
     fn of_run(machine: &Machine, experiment: &Experiment) -> Result<Vec<(Channel, Vec<f64>)>> {
-        let clean = experiment.predict(machine, Sensing::Perfect)?;
+        let known = experiment.predict(machine, Sensing::Perfect)?;
         let mut squares = vec![vec![0.0; experiment.samples()]; experiment.signals().len()];
         for seed in 0..DRAWS {
             let noisy = experiment.predict(machine, Sensing::AsStated { seed })?;
+            let read = experiment.foreseen(machine, &noisy)?;
+            let clean = read.as_ref().unwrap_or(&known);
             for (sum, &signal) in squares.iter_mut().zip(experiment.signals()) {
-                let pairs = clean
-                    .signal(signal)
-                    .into_iter()
-                    .flatten()
-                    .zip(noisy.signal(signal).into_iter().flatten());
-                for (k, (a, b)) in pairs.enumerate() {
-                    sum[k] += (a - b) * (a - b) / DRAWS as f64;
+                let (a, b) = (clean.signal(signal), noisy.signal(signal));
+                let pairs = a.unwrap_or_default().iter().zip(b.unwrap_or_default());
+                for (sum, (a, b)) in sum.iter_mut().zip(pairs) {
+                    *sum += (a - b) * (a - b) / DRAWS as f64;
                 }
             }
         }

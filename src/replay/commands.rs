@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use super::compared::{DrivenBy, check, driven_by};
-use super::recorded::ENABLED;
+use super::start::ENABLED;
 use super::travel::check_travel;
 use super::{PlantChoice, Traces, run};
 use crate::error::{Error, ErrorKind, Result};

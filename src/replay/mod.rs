@@ -20,6 +20,7 @@ pub mod recorded;
 pub mod recording;
 mod simulation;
 pub mod sine_sweep;
+pub mod start;
 pub mod stroke;
 mod together;
 mod travel;

@@ -3,7 +3,7 @@
 
 mod drive;
 
-use super::recorded::{ENABLED, Start};
+use super::start::{ENABLED, Start};
 use super::{Traces, run_together};
 use crate::effect::Door;
 use crate::error::Result;

@@ -4,7 +4,7 @@ use super::standstill::settled;
 use super::vibration::{self, Shaken};
 use crate::diagnose::experiment::Experiment;
 use crate::recording::Signal;
-use crate::replay::recorded::is_steady;
+use crate::replay::start::is_steady;
 use std::collections::BTreeMap;
 
 /// Scatter at standstill is taken over windows of this length, in s.

@@ -1,7 +1,7 @@
 //! One run of the estimate: what was recorded, and the twin's replay of it for given numbers.
 
 use super::super::compared::{as_set, check};
-use super::super::recorded::Start;
+use super::super::start::Start;
 use super::super::{Recorded, Traces};
 use super::profile::{Profile, Strokes};
 use super::{Numbers, refused};
@@ -134,6 +134,7 @@ impl Subject {
         start.position += numbers.start_off[0];
         if let Some(effort_v) = &mut start.effort_v {
             *effort_v += numbers.start_off[1];
+            start.resting_effort_v = start.resting_effort_v.map(|resting_v| resting_v + numbers.start_off[1]);
             if let Circuit::Winding { resistance_ohm, .. } = machine.constants().circuit {
                 start.current = start.current.map(|current| current + numbers.start_off[1] / resistance_ohm);
             }
