@@ -21,4 +21,5 @@ mod response;
 mod servo;
 mod servo_inputs;
 mod solid;
+mod start;
 mod tune;
