@@ -55,8 +55,6 @@ pub struct Experiment {
     /// Of two position sensors, the one whose zero is its own.
     second_sensor: Option<Signal>,
     settings: RunSettings,
-    /// Whether the run was cut out of a longer one, whose samples around the cut tell its start.
-    is_cut: bool,
 }
 
 /// Runs that fits see.
@@ -148,8 +146,7 @@ impl Experiment {
             .filter(|s| run.signal(*s).is_some() && modelled(*s) && compared(s))
             .collect();
         let second_sensor = second_sensor(run, machine).filter(|_| matches!(mode, Mode::ClosedLoop));
-        let is_cut = run.entry().is_some();
-        Ok(Self { run: run.clone(), recorded, signals, mode, second_sensor, settings, is_cut })
+        Ok(Self { run: run.clone(), recorded, signals, mode, second_sensor, settings })
     }
 
     /// The signal that drives the replay; none where it follows the reference in closed loop.
@@ -182,8 +179,7 @@ impl Experiment {
                 trace.clone_into(samples);
             }
         }
-        let mut run = self.run.with_signals(signals)?;
-        run.metadata.clone_from(&self.run.metadata);
+        let run = self.run.with_signals(signals)?;
         Ok(Self { run, ..self.clone() })
     }
 
@@ -193,7 +189,7 @@ impl Experiment {
     /// # Errors
     /// A setting of the run that the machine does not have.
     pub fn begun_as_read(&self, machine: &Machine) -> Result<Self> {
-        if self.is_cut {
+        if self.run.entry().is_some() {
             return Ok(self.clone());
         }
         let (recorded, mode) = replayed(&self.run, machine, &self.settings.machine(machine)?)?;
@@ -206,7 +202,7 @@ impl Experiment {
     /// # Errors
     /// A setting of the run that the machine does not have.
     pub fn foreseen(&self, machine: &Machine, logged: &Traces) -> Result<Option<Traces>> {
-        if self.is_cut || matches!(self.mode, Mode::Windows(_)) {
+        if self.run.entry().is_some() || matches!(self.mode, Mode::Windows(_)) {
             return Ok(None);
         }
         self.logging(logged)?.begun_as_read(machine)?.predict(machine, Sensing::Perfect).map(Some)

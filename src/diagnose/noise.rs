@@ -60,7 +60,8 @@ impl Floor {
     /// Declared noise reaches every signal through the loop of `machine`: σ(t) is the RMS difference between
     /// logs with it and what the same twin predicts of them from the start that it reads off each, over several draws and a short window of time. It is
     /// not the same all the time: a start is known as well as a few samples tell it, and what it is off by dies out with the transient after it; on a
-    /// guide with dry friction, noise shakes a resting axis loose at moments that nobody can predict, and σ grows where that happens. The signal's level is the median of σ(t); the rest is its profile, at least 1.
+    /// guide with dry friction, noise shakes a resting axis loose at moments that nobody can predict, and σ grows where that happens.
+    /// The signal's level is the median of σ(t); the rest is its profile, at least 1.
     /// At standstill a stuck axis shows less noise than a moving one, hence the larger of dwell and declared.
     ///
     /// # Errors

@@ -232,15 +232,18 @@ impl Run {
         Ok(run)
     }
 
-    /// The same run with other samples of its signals, with its settings and time stamps, as if made in memory.
+    /// The same run with other samples of its signals, with its settings, metadata and time stamps, and what tells its start where it was cut out of a longer
+    /// one; as if made in memory.
     ///
     /// # Errors
     /// As [`Run::new`].
     pub fn with_signals(&self, signals: BTreeMap<Signal, Vec<f64>>) -> Result<Self> {
         let mut run = Self::new(self.name.clone(), self.motion, self.sample_period_s, signals)?;
         run.settings.clone_from(&self.settings);
+        run.metadata.clone_from(&self.metadata);
         run.begins_s = self.begins_s;
         run.instants_s.clone_from(&self.instants_s);
+        (run.entry, run.lead) = (self.entry, self.lead.clone());
         Ok(run)
     }
 

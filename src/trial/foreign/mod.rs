@@ -175,7 +175,6 @@ fn remade(
 ) -> Result<Run> {
     let mut remade = run.with_signals(signals)?.with_extra_columns(extra_columns)?;
     (remade.role, remade.start_s) = (run.role, run.start_s);
-    remade.metadata.clone_from(&run.metadata);
     remade.ignored_columns.clone_from(&run.ignored_columns);
     Ok(remade)
 }
