@@ -40,6 +40,17 @@ pub struct Travel {
     pub longest: f64,
 }
 
+/// Laws of what repeats along the axis that are looked for as one: the first, the second, …
+#[derive(Debug, Clone, Copy)]
+pub struct Family {
+    /// The laws.
+    pub laws: &'static [EffectId],
+    /// The largest amplitude of a wave, in what the laws have it in.
+    pub largest: f64,
+    /// Harmonics of a wave: 1 or 2.
+    pub harmonics: usize,
+}
+
 /// What the residuals of a fit tell of a wave over place, beside calibration and the other effects of its hypothesis.
 ///
 /// # Model
@@ -54,7 +65,7 @@ pub struct Travel {
 /// periods. Unlike a periodogram of the missing force it weighs every sample by what it tells and takes no derivative of the position.
 ///
 /// # Validity
-/// To first order in the amplitudes. Pitches of a seventh of the travel and more, their second harmonic from twice that.
+/// To first order in the amplitudes. Pitches of a seventh of the travel and more, a second harmonic from twice that.
 ///
 /// # Source
 /// The score test: C. R. Rao (1948), Math. Proc. Cambridge Philos. Soc. 44:50.
@@ -66,7 +77,7 @@ pub struct PitchSearch {
     known: DVector<f64>,
     frequencies: Vec<f64>,
     spacing: f64,
-    largest: f64,
+    family: Family,
 }
 
 /// Other waves taken out of the normal equations.
@@ -76,8 +87,8 @@ pub struct Beside {
 }
 
 impl PitchSearch {
-    /// Looks at what a fit leaves of the training runs, for waves of one family of laws with amplitudes up to `largest`; none where the machine has all of
-    /// the family, or the travel is none.
+    /// Looks at what a fit leaves of the training runs, for waves of one family of laws; none where the machine has all of the family, or the
+    /// travel is none.
     ///
     /// # Errors
     /// Whatever a replay refuses.
@@ -85,13 +96,13 @@ impl PitchSearch {
         objective: &Objective,
         fit: &Fit,
         sensitivities: &Sensitivities,
-        (family, largest): (&[EffectId], f64),
+        family: Family,
         travel: Travel,
     ) -> Result<Option<Self>> {
         let fitted = fit.machine(objective.machine)?;
-        let amplitude = SHARE * largest;
+        let amplitude = SHARE * family.largest;
         let basis = Basis::over(travel).filter(|_| amplitude > 0.0);
-        let Some((basis, law)) = basis.zip(waves::free(&fitted, family)) else { return Ok(None) };
+        let Some((basis, law)) = basis.zip(waves::free(&fitted, family.laws)) else { return Ok(None) };
         let Some(machines) = waves::machines(&fitted, law, basis.waves(amplitude)) else { return Ok(None) };
         let residuals = objective.residuals(&fit.values)?;
         let changed = objective.residuals_at(&machines)?;
@@ -106,7 +117,7 @@ impl PitchSearch {
         // The waves of the family itself may go elsewhere.
         let mut jacobian = sensitivities.columns.clone();
         for (k, free) in fit.hypothesis.free.iter().enumerate() {
-            if free.freedom == Freedom::Cause && family.contains(&free.effect) {
+            if free.freedom == Freedom::Cause && family.laws.contains(&free.effect) {
                 jacobian.column_mut(k).fill(0.0);
             }
         }
@@ -118,8 +129,8 @@ impl PitchSearch {
         let count = ((basis.highest() - from) / spacing).max(0.0) as usize;
         let frequencies = (0..count).map(|k| from + k as f64 * spacing).collect();
         let known = DVector::zeros(2 * HALVES);
-        let mut search = Self { basis, normal, right, known, frequencies, spacing, largest };
-        for effect in family.iter().filter(|effect| fit.hypothesis.effects.contains(effect)) {
+        let mut search = Self { basis, normal, right, known, frequencies, spacing, family };
+        for effect in family.laws.iter().filter(|effect| fit.hypothesis.effects.contains(effect)) {
             search.know(fit, *effect, objective.machine);
         }
         Ok(Some(search))
@@ -130,7 +141,8 @@ impl PitchSearch {
         let names = effect.parameters().iter().map(|parameter| path(effect, parameter.key(machine.motion())));
         let values: Option<Vec<f64>> = names.map(|name| fit.hypothesis.value(&name, &fit.values)).collect();
         if let Some([period, amplitudes @ ..]) = values.as_deref() {
-            self.known += self.basis.columns(1.0 / period) * DVector::from_column_slice(amplitudes);
+            let own = &amplitudes[..self.columns()];
+            self.known += self.wave(1.0 / period) * DVector::from_column_slice(own);
         }
     }
 
@@ -169,18 +181,20 @@ impl PitchSearch {
         };
         let mut peaks: Vec<usize> = (0..gains.len()).filter(|&k| is_peak(k)).collect();
         peaks.sort_by(|&a, &b| gains[b].total_cmp(&gains[a]));
-        let at = |k: usize| undoubled(self, refined(self, self.frequencies[k], beside), beside);
-        peaks.into_iter().take(PEAKS).map(at).collect()
+        let at = |k: usize| refined(self, self.frequencies[k], beside);
+        // Only a wave of two harmonics takes the place of another one.
+        let single = |f: f64| if self.family.harmonics > 1 { undoubled(self, f, beside) } else { f };
+        peaks.into_iter().take(PEAKS).map(at).map(single).collect()
     }
 
     /// Periods and amplitudes of waves, all estimated together.
     fn laws(&self, frequencies: &[f64], beside: &Beside) -> Option<Vec<Vec<f64>>> {
         let (_, amplitudes) = self.estimated(&self.block(frequencies), beside)?;
-        let bounded = |a: &f64| a.clamp(-self.largest, self.largest);
+        let bounded = |a: &f64| a.clamp(-self.family.largest, self.family.largest);
         let law = |(f, own): (&f64, &[f64])| {
             [1.0 / f].into_iter().chain(own.iter().map(bounded)).collect::<Vec<f64>>()
         };
-        Some(frequencies.iter().zip(amplitudes.as_slice().chunks(4)).map(law).collect())
+        Some(frequencies.iter().zip(amplitudes.as_slice().chunks(self.columns())).map(law).collect())
     }
 
     /// What waves explain beside others, and their amplitudes.
@@ -191,8 +205,19 @@ impl PitchSearch {
     }
 
     fn block(&self, frequencies: &[f64]) -> DMatrix<f64> {
-        let blocks: Vec<DMatrix<f64>> = frequencies.iter().map(|f| self.basis.columns(*f)).collect();
-        DMatrix::from_fn(2 * HALVES, 4 * blocks.len(), |row, k| blocks[k / 4][(row, k % 4)])
+        let (blocks, own): (Vec<DMatrix<f64>>, _) =
+            (frequencies.iter().map(|f| self.wave(*f)).collect(), self.columns());
+        DMatrix::from_fn(2 * HALVES, own * blocks.len(), |row, k| blocks[k / own][(row, k % own)])
+    }
+
+    /// Amplitudes of a wave.
+    fn columns(&self) -> usize {
+        2 * self.family.harmonics
+    }
+
+    /// A wave of the family as combinations of the basis, one an amplitude.
+    fn wave(&self, frequency: f64) -> DMatrix<f64> {
+        self.basis.columns(frequency, self.family.harmonics)
     }
 }
 
@@ -220,7 +245,7 @@ impl Spectrum for PitchSearch {
     }
 
     fn gain(&self, frequency: f64, beside: &Beside) -> f64 {
-        self.estimated(&self.basis.columns(frequency), beside).map_or(0.0, |(gain, _)| gain)
+        self.estimated(&self.wave(frequency), beside).map_or(0.0, |(gain, _)| gain)
     }
 }
 
@@ -255,14 +280,14 @@ impl Basis {
         MARGIN / period(self.length, HALVES)
     }
 
-    /// The waves of a frequency and of twice that as combinations of the basis: sine, cosine, sine, cosine.
-    fn columns(&self, frequency: f64) -> DMatrix<f64> {
+    /// The waves of a frequency and of its harmonics as combinations of the basis: sine, cosine, sine, cosine.
+    fn columns(&self, frequency: f64, harmonics: usize) -> DMatrix<f64> {
         let at = |row: usize, column: usize| {
-            let frequency = if column < 2 { frequency } else { 2.0 * frequency };
+            let frequency = (1 + column / 2) as f64 * frequency;
             // What the basis does not make is left out.
             if frequency > self.highest() { 0.0 } else { wave(1.0 / frequency, self.places[row])[column % 2] }
         };
-        &self.combined * DMatrix::from_fn(PLACES, 4, at)
+        &self.combined * DMatrix::from_fn(PLACES, 2 * harmonics, at)
     }
 }
 
@@ -296,7 +321,7 @@ mod tests {
         let steps = 200;
         for k in 1..steps {
             let frequency = basis.highest() * f64::from(k) / f64::from(steps);
-            let columns = basis.columns(frequency);
+            let columns = basis.columns(frequency, 2);
             for place in 0..61 {
                 let x = -0.01 + 0.001 * f64::from(place);
                 let own = basis.waves(1.0).map(|w| {

@@ -1,10 +1,10 @@
 //! Where fits of what repeats along the axis begin, from what the replays of a fit leave.
 
 use super::care::Sensitivities;
-use super::estimate::Screen;
+use super::estimate::{Screen, reading};
 use super::fit::Fit;
 use super::objective::Objective;
-use super::pitch_search::{PitchSearch, Travel};
+use super::pitch_search::{Family, PitchSearch, Travel};
 use super::proposals::{Proposals, members};
 use super::selection::Search;
 use crate::effect::EffectId;
@@ -14,6 +14,10 @@ use crate::error::Result;
 const COGGING: [EffectId; 3] = [EffectId::Cogging, EffectId::SecondCogging, EffectId::ThirdCogging];
 /// Laws of a share of the motor's force that repeats.
 const RIPPLE: [EffectId; 2] = [EffectId::ForceRipple, EffectId::SecondForceRipple];
+/// The law of what an encoder reads wrong.
+const ENCODER: [EffectId; 1] = [EffectId::EncoderPeriodicError];
+/// The law of what a screw moves wrong.
+const SCREW: [EffectId; 1] = [EffectId::ScrewError];
 /// The largest share of a ripple that a fit begins with: no fit begins where the motor pulls backwards.
 const LARGEST_SHARE: f64 = 0.5;
 
@@ -36,15 +40,27 @@ impl Search<'_> {
         objective.stride = sensitivities.stride;
         let effects = &fit.hypothesis.effects;
         let stated = &self.machine.description().effect;
-        for (family, largest) in [(&COGGING[..], screen.largest_force), (&RIPPLE[..], LARGEST_SHARE)] {
-            let next = family.iter().find(|law| !effects.contains(law) && !stated.contains(**law));
+        let reading = reading::largest(screen);
+        let family = |laws, largest, harmonics| Family { laws, largest, harmonics };
+        for family in [
+            family(&COGGING[..], screen.largest_force, 2),
+            family(&RIPPLE[..], LARGEST_SHARE, 2),
+            family(&ENCODER[..], reading, 1),
+            family(&SCREW[..], reading, 1),
+        ] {
+            let next = family.laws.iter().find(|law| !effects.contains(law) && !stated.contains(**law));
             let Some(&next) = next.filter(|law| self.catalogue.contains(law)) else { continue };
-            let search = PitchSearch::of(&objective, fit, sensitivities, (family, largest), travel)?;
+            let search = PitchSearch::of(&objective, fit, sensitivities, family, travel)?;
             let Some(search) = search else { continue };
             let members = members(next);
             let is_found = members.len() > 1 && members.iter().all(|of| *of == next || effects.contains(of));
             let together = if is_found { search.sets(members.len()) } else { Vec::new() };
-            proposals.add(next, search.pitches(), together);
+            let both_flanks = |start: Vec<f64>| match next {
+                EffectId::ScrewError => [start, vec![0.0]].concat(),
+                _ => start,
+            };
+            let pitches = search.pitches().into_iter().map(both_flanks);
+            proposals.add(next, pitches.collect(), together);
         }
         Ok(())
     }

@@ -25,7 +25,17 @@ const SLOW: [Cell; 5] = [
     (1.1, 100.0, Role::HeldOut),
 ];
 
-const CATALOGUE: [EffectId; 14] = [
+/// One stroke that passes a whole period of an error of 3.1 rad, the others less.
+const LONG: [Cell; 5] = [
+    (4.2, 140.0, Role::Training),
+    (1.2, 330.0, Role::Training),
+    (2.7, 620.0, Role::Training),
+    (1.0, 530.0, Role::HeldOut),
+    (2.6, 170.0, Role::HeldOut),
+];
+
+const CATALOGUE: [EffectId; 15] = [
+    EffectId::EncoderPeriodicError,
     EffectId::LoopDelay,
     EffectId::DeadZone,
     EffectId::AmplifierOffset,
@@ -96,6 +106,20 @@ fn ref_three_pitches_are_found_behind_bristles() {
     for (found, hidden) in periods.iter().zip([0.1065, 0.273, 1.257]) {
         assert!((found / hidden - 1.0).abs() < 0.01, "{found} {hidden}");
     }
+}
+
+/// An error of the encoder that the loop follows: what shows of 0.8 mrad is 13 µrad of the position and little force.
+#[test]
+fn ref_a_long_error_of_the_encoder_is_named() {
+    let hidden = [
+        ("effect.encoder_periodic_error.period_rad", 3.1),
+        ("effect.encoder_periodic_error.sine_rad", 4.7e-4),
+        ("effect.encoder_periodic_error.cosine_rad", 6.8e-4),
+    ];
+    let d = told(&LONG, &[], &hidden);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["encoder_periodic_error"]));
+    let period = &d.causes[0].parameters["period_rad"];
+    assert!((period.value / 3.1 - 1.0).abs() < 0.01, "{period:?}");
 }
 
 /// Nothing hidden, nothing named.

@@ -16,7 +16,7 @@ mod payload;
 mod periodic;
 pub mod periodogram;
 mod pitch_set;
-mod reading;
+pub mod reading;
 pub mod relax;
 mod resonance;
 mod scales;

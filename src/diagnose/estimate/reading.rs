@@ -4,6 +4,14 @@ use super::periodogram::{Moment, Pitch, pitches};
 use super::{Estimate, Screen};
 use crate::effect::{EncoderPeriodicError, EncoderResolution, ScrewError};
 
+/// The largest amplitude of a periodic error that a fit looks at, as a share of the travel.
+const LARGEST: f64 = 0.05;
+
+/// The largest amplitude of a periodic error that a fit looks at, in m or rad.
+pub fn largest(screen: &Screen) -> f64 {
+    LARGEST * screen.travel()
+}
+
 impl Estimate for ScrewError {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         if screen.load_difference.is_empty() {
@@ -20,7 +28,7 @@ impl Estimate for ScrewError {
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let most = 0.05 * screen.travel();
+        let most = largest(screen);
         [vec![screen.period_range()], vec![(-most, most); 2], vec![(-1.0, 1.0)]].concat()
     }
 }
@@ -31,7 +39,7 @@ impl Estimate for EncoderPeriodicError {
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let most = 0.05 * screen.travel();
+        let most = largest(screen);
         [vec![screen.period_range()], vec![(-most, most); 2]].concat()
     }
 }
@@ -69,7 +77,7 @@ fn inverse(screen: &Screen) -> Vec<Vec<f64>> {
         vec![of(rate * c, -rate * rate * s), of(-rate * s, -rate * rate * c)]
     };
     let found = pitches(screen, &screen.missing_force, force, 4);
-    let most = 0.05 * screen.travel();
+    let most = largest(screen);
     found
         .into_iter()
         .map(|pitch| {
