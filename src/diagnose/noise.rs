@@ -54,7 +54,7 @@ const LEAST_FRACTION: f64 = 1e-12;
 const ASSUMED_FRACTION: f64 = 1e-4;
 
 impl Floor {
-    /// Estimates the floor: from repeats, else the larger of standstill scatter and declared noise.
+    /// Estimates the floor: from repeats, else from declared noise and the scatter at standstill.
     ///
     /// # Model
     /// Declared noise reaches every signal through the loop of `machine`: σ(t) is the RMS difference between
@@ -62,7 +62,9 @@ impl Floor {
     /// not the same all the time: a start is known as well as a few samples tell it, and what it is off by dies out with the transient after it; on a
     /// guide with dry friction, noise shakes a resting axis loose at moments that nobody can predict, and σ grows where that happens.
     /// The signal's level is the median of σ(t); the rest is its profile, at least 1.
-    /// At standstill a stuck axis shows less noise than a moving one, hence the larger of dwell and declared.
+    /// At standstill a stuck axis shows less noise than a moving one, and one that a coarse encoder holds between two steps shows more: a limit cycle.
+    /// So the scatter at standstill raises the declared noise only by how far it exceeds both that and what the twin's own logs with declared
+    /// noise show at the same standstills.
     ///
     /// # Errors
     /// Whatever a replay refuses.
@@ -71,6 +73,9 @@ impl Floor {
         let repeats = repeats(experiments, &shaken);
         let dwell = dwell::scatters(experiments, &shaken);
         let declared = Declared::of(machine, experiments)?;
+        let imagined: Vec<Experiment> =
+            experiments.par_iter().map(|e| e.imagined(machine, 0)).collect::<Result<_>>()?;
+        let made = dwell::scatters(&imagined.iter().collect::<Vec<_>>(), &shaken);
         let mut levels = BTreeMap::new();
         let mut is_measured = true;
         for signal in experiments.iter().flat_map(|e| e.signals()).copied() {
@@ -79,10 +84,17 @@ impl Floor {
             let size = if own_size == 0.0 { 1.0 } else { own_size };
             let least = LEAST_FRACTION * size;
             let still = dwell.get(&signal).map(|&sigma| (sigma, Source::Dwell));
-            let stated = declared.level(signal).map(|sigma| (sigma, Source::Declared));
+            let stated = declared.level(signal).map(|sigma| {
+                let own = made.get(&signal).map_or(sigma, |&made| sigma.max(made));
+                match still {
+                    Some((still, source)) if still > own => (sigma * still / own, source),
+                    _ => (sigma, Source::Declared),
+                }
+            });
             let repeated = repeats.get(&signal).map(|&sigma| (sigma, Source::Repeats));
             let level = repeated
-                .or_else(|| still.into_iter().chain(stated).max_by(|a, b| a.0.total_cmp(&b.0)))
+                .or(stated)
+                .or(still)
                 .filter(|(sigma, _)| *sigma > least)
                 .unwrap_or((ASSUMED_FRACTION * size, Source::Assumed));
             let seen = repeated.or(still).map_or(0.0, |(sigma, _)| sigma);

@@ -4,6 +4,7 @@
 //! effects that act in it are no explanation.
 
 mod residual;
+mod scales;
 
 use super::evidence::ADEQUATE_GAP;
 use super::experiment::Experiment;
@@ -16,6 +17,7 @@ use crate::recording::Signal;
 use crate::replay::Traces;
 use crate::twin::Sensing;
 use residual::{controller_residual, drive_residual, force_residual};
+use scales::Scales;
 use std::collections::BTreeMap;
 
 /// A stretch of the signal path between two logged signals.
@@ -69,7 +71,8 @@ const NEGLIGIBLE: f64 = 0.01;
 ///
 /// # Model
 /// Each stretch's residual on the recorded runs is compared with the same residual on replays of the twin as it is, noise
-/// as stated: that is what the stretch looks like with nothing wrong in it.
+/// as stated: that is what the stretch looks like with nothing wrong in it. They are compared over 1, 4, 16, … samples (see [`Scales`]): what
+/// stays below the noise of each sample, an offset say, shows in the mean of many, and the closed loop adds it up.
 ///
 /// # Errors
 /// Whatever a replay refuses.
@@ -86,19 +89,13 @@ pub fn clean(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Cut>> 
             let Some(measured) = residual(cut, experiment, &own)? else { continue };
             let Some(made) = residual(cut, &replayed, &own)? else { continue };
             let sums = sums.entry(cut).or_default();
-            sums.measured += square(&measured);
-            sums.made += square(&made);
-            sums.closed_loop += closed_loop(cut, experiment, &own, &perfect);
+            sums.measured.add(&measured);
+            sums.made.add(&made);
+            sums.closed_loop.add(&closed_loop(cut, experiment, &own, &perfect));
             sums.runs += 1;
         }
     }
-    let is_clean = |(_, sums): &(&Cut, &Sums)| {
-        // Noise hides nothing that matters only where it is far below what the closed loop is off by.
-        let sharp = sums.made <= SHARP * SHARP * sums.closed_loop;
-        let noise = sharp && sums.measured <= ADEQUATE_GAP * ADEQUATE_GAP * sums.made;
-        let negligible = sums.measured <= NEGLIGIBLE * NEGLIGIBLE * sums.closed_loop;
-        sums.runs == experiments.len() && (noise || negligible)
-    };
+    let is_clean = |(_, sums): &(&Cut, &Sums)| sums.runs == experiments.len() && sums.are_clean();
     Ok(sums.iter().filter(is_clean).map(|(cut, _)| *cut).collect())
 }
 
@@ -131,14 +128,24 @@ fn clean_stretch(clean: &[Cut], experiments: &[Experiment]) -> impl Fn(EffectId)
 
 #[derive(Default)]
 struct Sums {
-    measured: f64,
-    made: f64,
-    closed_loop: f64,
+    measured: Scales,
+    made: Scales,
+    closed_loop: Scales,
     runs: usize,
 }
 
-fn square(samples: &[f64]) -> f64 {
-    samples.iter().map(|x| x * x).sum()
+impl Sums {
+    /// Whether the stretch shows no more than noise, or nothing that matters beside the closed loop, over any number of samples.
+    fn are_clean(&self) -> bool {
+        // Noise hides nothing that matters only where it is far below what the closed loop is off by.
+        let sharp = self.made.power(0) <= SHARP * SHARP * self.closed_loop.power(0);
+        (0..self.measured.0.len()).all(|scale| {
+            let measured = self.measured.power(scale);
+            let limit = (ADEQUATE_GAP * ADEQUATE_GAP).max(self.measured.chance(scale));
+            let noise = sharp && measured <= limit * self.made.power(scale);
+            noise || measured <= NEGLIGIBLE * NEGLIGIBLE * self.closed_loop.power(scale)
+        })
+    }
 }
 
 /// What is left of a stretch's output, in N or N·m (V for the controller).
@@ -156,12 +163,12 @@ fn residual(cut: Cut, experiment: &Experiment, machine: &Machine) -> Result<Opti
     })
 }
 
-/// Sum of squares by which the closed loop misses the stretch's output, in the residual's unit.
-fn closed_loop(cut: Cut, experiment: &Experiment, machine: &Machine, predicted: &Traces) -> f64 {
+/// By what the closed loop misses the stretch's output, in the residual's unit.
+fn closed_loop(cut: Cut, experiment: &Experiment, machine: &Machine, predicted: &Traces) -> Vec<f64> {
     let run = experiment.run();
-    let off = |signal: Signal, trace: &[f64], scale: f64| -> f64 {
+    let off = |signal: Signal, trace: &[f64], scale: f64| -> Vec<f64> {
         let pairs = run.signal(signal).unwrap_or_default().iter().zip(trace);
-        pairs.map(|(m, p)| (scale * (m - p)).powi(2)).sum()
+        pairs.map(|(m, p)| scale * (m - p)).collect()
     };
     let constants = machine.constants();
     match cut {
