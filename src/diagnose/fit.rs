@@ -110,7 +110,7 @@ impl Fit {
     }
 }
 
-/// Starts that are descended from at most.
+/// Starts that build on what is found, and are descended from at most; of those that put others in the place of that, one is.
 const DESCENTS: usize = 2;
 
 /// Fits a hypothesis to training runs from its starts, or from `warm` alone, and keeps the best.
@@ -176,9 +176,15 @@ fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
         objective.size(&(residuals - columns * (inverted(&normal) * gradient)))
     };
     let sizes: Vec<f64> = starts.iter().zip(&residuals).map(left).collect();
-    let mut sized: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
-    sized.sort_by(|a, b| a.0.total_cmp(&b.0));
-    Ok(sized.into_iter().take(DESCENTS).map(|(_, start)| start).collect())
+    let sized: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
+    let best = |starts: &[(f64, Vec<f64>)], most: usize| -> Vec<Vec<f64>> {
+        let mut starts = starts.to_vec();
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+        starts.into_iter().take(most).map(|(_, start)| start).collect()
+    };
+    // What is found was fitted, what would take its place was not: by their replays alone the one always looks better.
+    let (building, replacing) = sized.split_at(objective.hypothesis.building);
+    Ok([best(building, DESCENTS), best(replacing, 1)].concat())
 }
 
 /// Values inside the ranges of a hypothesis.

@@ -370,7 +370,13 @@ pub(super) mod tests {
             standard_errors: vec![0.1; free.len()],
             covariance: nalgebra::DMatrix::from_diagonal_element(free.len(), free.len(), 0.01),
             shown: effects.clone(),
-            hypothesis: Hypothesis { effects, free, starts: vec![], elsewhere: EffectSet::new() },
+            hypothesis: Hypothesis {
+                effects,
+                free,
+                starts: vec![],
+                building: 0,
+                elsewhere: EffectSet::new(),
+            },
         };
         let score = Score::even(mean_square);
         let predictive = Predictive { score: score.clone(), cost: 0.0 };

@@ -72,6 +72,8 @@ pub struct Hypothesis {
     pub free: Vec<Free>,
     /// Starting values, one set or several, in the order of `free`.
     pub starts: Vec<Vec<f64>>,
+    /// So many of these, the first ones, build on what a fit of another hypothesis left; the others put other values in its place.
+    pub building: usize,
     /// Effects that some starts put elsewhere than where a fit of another hypothesis left them.
     pub elsewhere: EffectSet,
 }
@@ -131,6 +133,7 @@ impl Hypothesis {
                 Some((values.keys().copied().collect(), replaced(&starts[0], &places, values)?))
             })
             .collect();
+        let building = starts.len();
         let elsewhere = replaced.iter().flat_map(|(effects, _)| effects).copied().collect();
         starts.extend(replaced.into_iter().map(|(_, start)| start));
         for calibration in calibrations(machine, effects) {
@@ -139,7 +142,7 @@ impl Hypothesis {
             starts.iter_mut().for_each(|set| set.push(start));
             free.push(calibration);
         }
-        Some(Self { effects: effects.clone(), free, starts, elsewhere })
+        Some(Self { effects: effects.clone(), free, starts, building, elsewhere })
     }
 
     /// Negative logarithm of the calibration's prior: half the sum of the squares of its deviations in standard deviations.

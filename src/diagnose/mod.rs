@@ -60,6 +60,7 @@ pub mod smooth;
 pub mod untested;
 pub mod verdict;
 pub mod visibility;
+mod wave_sets;
 mod wave_starts;
 mod waves;
 

@@ -1,10 +1,11 @@
 //! Pitches of what repeats along the axis, from what the replays of a fit leave.
 
 use super::care::Sensitivities;
-use super::estimate::relax::{Spectrum, is_same, refined, relaxed, undoubled};
+use super::estimate::relax::{Spectrum, is_same, refined, settled, undoubled};
 use super::fit::{Fit, inverted};
 use super::hypothesis::{Freedom, path};
 use super::objective::Objective;
+use super::wave_sets::WaveSets;
 use super::waves::{self, Wave};
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -22,6 +23,8 @@ const PLACES: usize = 4 * HALVES;
 const SHARE: f64 = 1e-5;
 /// Spatial frequencies lie this part of the resolution (one over the travel) apart.
 const OVERSAMPLING: f64 = 10.0;
+/// Sets are looked for on a grid so many times as coarse.
+const COARSE: usize = 2;
 /// Peaks that fits start from, and that sets are begun with.
 const PEAKS: usize = 3;
 /// A frequency is a peak if no better one lies so many grid points around it.
@@ -153,12 +156,16 @@ impl PitchSearch {
         all.flatten().collect()
     }
 
-    /// Sets of so many waves that explain most in the place of those that the hypothesis has, the largest wave of a set first.
+    /// Sets of so many waves that explain most in the place of those that the hypothesis has, the largest wave of a set first: of all sets of a
+    /// coarse grid those that explain most, each wave estimated beside the others then.
     pub fn sets(&self, count: usize) -> Vec<Vec<Vec<f64>>> {
         let whole = self.beside(&[]);
+        let grid: Vec<f64> = self.frequencies.iter().copied().step_by(COARSE).collect();
+        let waves: Vec<DMatrix<f64>> = grid.iter().map(|f| self.wave(*f)).collect();
+        let all = WaveSets::new(&waves, &whole.normal, &whole.right, RIDGE);
         let mut sets: Vec<Vec<f64>> = Vec::new();
-        for first in self.peaks(&whole) {
-            let mut set = relaxed(self, first, count);
+        for best in all.best(count, PEAKS) {
+            let mut set = settled(self, best.into_iter().map(|k| grid[k]).collect());
             set.sort_by(f64::total_cmp);
             if !sets.iter().any(|other| is_same(self, other, &set)) {
                 sets.push(set);

@@ -3,6 +3,8 @@
 
 use crate::support::strokes::{Cell, Strokes};
 use slideway::diagnose::check::Check;
+use slideway::diagnose::experiment::Experiment;
+use slideway::diagnose::noise::Floor;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};
@@ -65,4 +67,18 @@ fn exact_a_rounded_log_is_no_coarse_encoder() {
     let d = told(&stated, &Recording::new(fine.runs().iter().map(rounded).collect()).unwrap());
     assert!(d.causes.iter().all(|cause| cause.effect != "encoder_resolution"), "{:?}", d.causes);
     assert!(!is_noted(&d));
+}
+
+/// At rest the loop hunts between two steps of the encoder, half a step to each side; in motion the steps leave 1/√12 of one.
+#[test]
+fn exact_a_limit_cycle_at_rest_is_not_the_noise_of_the_motion() {
+    let machine = machine();
+    let step = 5e-8;
+    let recording = Strokes::both_ways(&machine, &machine, 3).recording(&CELLS);
+    let experiments: Vec<Experiment> =
+        recording.runs().iter().map(|run| Experiment::new(run, &machine).unwrap()).collect();
+    let floor = Floor::estimate(&machine, &experiments.iter().collect::<Vec<_>>()).unwrap();
+    let sigma = floor.sigma(Signal::Position);
+    println!("{sigma:e} {:?}", floor.source(Signal::Position));
+    assert!((sigma / (step / 12.0_f64.sqrt()) - 1.0).abs() < 0.2, "{sigma}");
 }

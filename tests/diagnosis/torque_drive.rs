@@ -122,6 +122,15 @@ fn ref_a_long_error_of_the_encoder_is_named() {
     assert!((period.value / 3.1 - 1.0).abs() < 0.01, "{period:?}");
 }
 
+/// An offset that is a tenth of the noise of each sample of the current: only the mean of many shows that the drive is not as stated.
+#[test]
+fn ref_an_offset_below_the_noise_of_the_current_is_no_force() {
+    let d = told(&CELLS, &KNOWN, &[("effect.amplifier_offset.offset_v", 2e-5)]);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["amplifier_offset"]));
+    let offset = &d.causes[0].parameters["offset_v"];
+    assert!((offset.value / 2e-5 - 1.0).abs() < 0.05, "{offset:?}");
+}
+
 /// Nothing hidden, nothing named.
 #[test]
 fn ref_a_drive_without_a_gap_has_none() {

@@ -48,22 +48,30 @@ pub fn relaxed(spectrum: &impl Spectrum, first: f64, count: usize) -> Vec<f64> {
     while frequencies.len() < count {
         frequencies.push(strongest(spectrum, &spectrum.beside(&frequencies)));
     }
-    for round in 0..MOST_ROUNDS {
+    round(spectrum, &mut frequencies, |_, others| strongest(spectrum, others));
+    settled(spectrum, frequencies)
+}
+
+/// Spatial frequencies of which each is estimated again beside all others, around its place, until none moves.
+pub fn settled(spectrum: &impl Spectrum, mut frequencies: Vec<f64>) -> Vec<f64> {
+    for _ in 1..MOST_ROUNDS {
         let before = frequencies.clone();
-        for k in 0..frequencies.len() {
-            let others: Vec<f64> =
-                frequencies.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, f)| *f).collect();
-            let others = spectrum.beside(&others);
-            frequencies[k] = match round {
-                0 => strongest(spectrum, &others),
-                _ => undoubled(spectrum, refined(spectrum, frequencies[k], &others), &others),
-            };
-        }
-        if round > 0 && is_same(spectrum, &before, &frequencies) {
+        let again = |f, others: &_| undoubled(spectrum, refined(spectrum, f, others), others);
+        round(spectrum, &mut frequencies, again);
+        if is_same(spectrum, &before, &frequencies) {
             break;
         }
     }
     frequencies
+}
+
+/// Each frequency once more, from itself and what the others are.
+fn round<S: Spectrum>(spectrum: &S, frequencies: &mut [f64], again: impl Fn(f64, &S::Beside) -> f64) {
+    for k in 0..frequencies.len() {
+        let others = frequencies.iter().enumerate().filter(|(j, _)| *j != k);
+        let others: Vec<f64> = others.map(|(_, f)| *f).collect();
+        frequencies[k] = again(frequencies[k], &spectrum.beside(&others));
+    }
 }
 
 /// Whether two lists of frequencies are one.

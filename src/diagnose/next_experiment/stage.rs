@@ -209,6 +209,7 @@ mod tests {
             effects: effects.clone(),
             free: vec![],
             starts: vec![],
+            building: 0,
             elsewhere: EffectSet::new(),
         };
         let truth = Fit {
