@@ -79,6 +79,8 @@ pub const PRICE_PER_EFFECT: f64 = 4.605;
 /// exceeds e²⁰ with a probability of e⁻²⁰ at most (its expectation is 1; Markov's inequality), and one of the 4·10⁶ sets of up to six of 39 effects does
 /// with 0.8 %, as far as the noise model holds.
 const OVERWHELMING: f64 = 20.0;
+/// What is this part of its range from an end of it went to the end.
+const EDGE: f64 = 1e-6;
 
 impl Found {
     pub(super) fn effects(&self) -> &EffectSet {
@@ -228,9 +230,11 @@ impl Found {
     fn runs_off(&self, index: usize) -> bool {
         let fit = &self.candidates[index].fit;
         fit.hypothesis.free.iter().zip(&fit.values).any(|(free, &value)| {
-            let edge = 1e-6 * (free.range.1 - free.range.0);
-            let low = free.range.0 != 0.0 && value - free.range.0 < edge;
-            free.freedom == Freedom::Cause && !free.held && (low || free.range.1 - value < edge)
+            let (least, most) = free.range;
+            let edge = EDGE * (most - least);
+            // A range over many decades is wide beside its lower end: a thousandth of that end counts there.
+            let low = least != 0.0 && value - least < edge.min(1e3 * EDGE * least.abs());
+            free.freedom == Freedom::Cause && !free.held && (low || most - value < edge)
         })
     }
 
@@ -422,6 +426,17 @@ pub(super) mod tests {
         assert_eq!(step(10.0, 100.0), [false, true]);
         assert_eq!(step(10.0, 6000.0), [false, false]);
         assert_eq!(step(-10.0, 100.0), [false, true]);
+    }
+
+    /// Of a range over nine decades a number a thousand times the lower end is inside, and one at that end is not.
+    #[test]
+    fn exact_a_soft_bristle_is_inside_a_range_of_decades() {
+        let runs_off = |value: f64| {
+            let mut soft = candidate(&[COULOMB], value, 100.0);
+            soft.fit.hypothesis.free[0].range = (8.0, 8e9);
+            found(vec![candidate(&[], 0.0, 1e4), soft], 0).runs_off(1)
+        };
+        assert_eq!([8.0, 7000.0, 8080.0, 8e9].map(runs_off), [true, false, false, true]);
     }
 
     /// The explanation that has the probability that decides is taken, one with more effects where they are worth naming.

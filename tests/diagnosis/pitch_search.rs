@@ -51,7 +51,9 @@ const SHORT: [Cell; 4] = [
     (0.017, 8.0, Role::HeldOut),
 ];
 
-const RIVALS: [EffectId; 9] = [
+const RIVALS: [EffectId; 11] = [
+    EffectId::SecondCogging,
+    EffectId::ThirdCogging,
     EffectId::ForceConstant,
     EffectId::ForceRipple,
     EffectId::SecondForceRipple,
@@ -86,4 +88,42 @@ fn ref_a_ripple_of_twice_the_travel_is_named_beside_another_one() {
     periods.sort_by(f64::total_cmp);
     // Of less than half a pitch the length is told badly: beyond one and a half travels.
     assert!(periods[1] > 1.5 * 0.021, "{periods:?}");
+}
+
+/// Strokes of one period of the longest of three pitches, and less.
+const ONE_PERIOD: [Cell; 5] = [
+    (0.049, 3.7, Role::Training),
+    (0.028, 8.8, Role::Training),
+    (0.039, 16.6, Role::Training),
+    (0.027, 14.2, Role::HeldOut),
+    (0.038, 4.5, Role::HeldOut),
+];
+
+/// Three pitches of which one lies near the second harmonic of the largest and is taken up by it, so that two explain all. Step by step the first
+/// wave stands for all three, and the second one's fit never leaves it.
+#[test]
+fn ref_pitches_are_found_together_where_the_first_one_misleads() {
+    let grinder = model("grinder");
+    let wave = |effect: &str, period: f64, [sine, cosine, sine_2, cosine_2]: [f64; 4]| {
+        let path = |key: &str| format!("effect.{effect}.{key}");
+        let keys = ["period_m", "sine_n", "cosine_n", "sine_2_n", "cosine_2_n"].map(path);
+        keys.into_iter().zip([period, sine, cosine, sine_2, cosine_2])
+    };
+    let numbers: Vec<(String, f64)> = wave("cogging", 0.047, [-29.6, -10.3, -0.1, -10.4])
+        .chain(wave("second_cogging", 0.0246, [-0.7, -4.1, -0.1, -0.1]))
+        .chain(wave("third_cogging", 0.0187, [-7.1, 12.4, 1.9, -2.2]))
+        .collect();
+    let hidden: Vec<(&str, f64)> = numbers.iter().map(|(path, value)| (path.as_str(), *value)).collect();
+    let real = with(&grinder, &hidden);
+    let recording = Strokes::both_ways(&grinder, &real, 7).recording(&ONE_PERIOD);
+    let options = Options { catalogue: &RIVALS, ..Options::default() };
+    let d = diagnose(&grinder, &recording, &options).unwrap();
+    show(&d);
+    assert!(d.gap.after < 2.0, "{:?}", d.gap);
+    assert!(d.causes.iter().all(|cause| cause.effect.ends_with("cogging")));
+    for (effect, period) in [("cogging", 0.047), ("second_cogging", 0.0187)] {
+        let cause = d.causes.iter().find(|cause| cause.effect == effect).unwrap();
+        let found = cause.parameters["period_m"].value;
+        assert!((found / period - 1.0).abs() < 0.01, "{effect} {found}");
+    }
 }
