@@ -1,11 +1,12 @@
 //! From the search to the verdict.
 
 use super::amplitude::{amplitude_of_sum, amplitudes};
+use super::candidate::Candidate;
 use super::evidence::{Closed, Score, closed};
 use super::experiment::Experiment;
 use super::fit::Fit;
 use super::folds::Folds;
-use super::found::{Candidate, Found, price};
+use super::found::{Found, price};
 use super::harmonic;
 use super::hypothesis::{EffectSet, Freedom};
 use super::noise::Floor;

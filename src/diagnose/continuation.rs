@@ -1,9 +1,10 @@
 //! Equals of the chosen explanation: another effect put in the place of one of its own along a path on which both act.
 
+use super::candidate::Candidate;
 use super::care::Care;
 use super::descent::descend;
 use super::fit::{Fit, inverted};
-use super::found::{Base, Candidate, Found};
+use super::found::{Base, Found};
 use super::hypothesis::{EffectSet, Free, Freedom, Hypothesis, has_modified};
 use super::objective::Objective;
 use super::selection::Search;

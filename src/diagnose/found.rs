@@ -1,49 +1,14 @@
 //! What a search has found so far, and how explanations are compared.
 
+use super::candidate::Candidate;
 use super::decide::Limits;
 use super::evidence::{MOST, Score, bootstrap};
-use super::fit::{Fit, SIGNIFICANCE, Sensitivities};
+use super::fit::{SIGNIFICANCE, Sensitivities};
 use super::folds::Folds;
-use super::hypothesis::{EffectSet, Freedom};
-use super::predictive::Predictive;
+use super::hypothesis::EffectSet;
 use super::proposals::Proposals;
 use crate::effect::EffectId;
 use std::collections::BTreeMap;
-
-/// A hypothesis fitted on training runs and scored on held-out runs.
-#[derive(Debug, Clone)]
-pub struct Candidate {
-    /// The fit.
-    pub fit: Fit,
-    /// Its score on the held-out runs, as fitted.
-    pub score: Score,
-    /// Its posterior-predictive score, by which explanations are compared.
-    pub predictive: Predictive,
-    /// Whether the score is by a noise floor of its own: its effects make noise.
-    pub has_own_floor: bool,
-    /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
-    pub thorough: bool,
-}
-
-impl Candidate {
-    /// Its effects.
-    pub fn effects(&self) -> &EffectSet {
-        &self.fit.hypothesis.effects
-    }
-
-    /// Posterior-predictive log-likelihood of each block of the held-out runs; see [`Score::log_likelihoods`].
-    fn log_likelihoods(&self, reference: &Score) -> Vec<f64> {
-        let mut blocks = self.predictive.score.log_likelihoods(reference);
-        let cost = self.predictive.cost / blocks.len().max(1) as f64;
-        blocks.iter_mut().for_each(|block| *block -= cost);
-        blocks
-    }
-
-    /// Mean square that it leaves.
-    fn left(&self) -> f64 {
-        self.predictive.score.mean_square()
-    }
-}
 
 /// What the search found.
 pub struct Found {
@@ -79,9 +44,6 @@ pub const PRICE_PER_EFFECT: f64 = 4.605;
 /// exceeds e²⁰ with a probability of e⁻²⁰ at most (its expectation is 1; Markov's inequality), and one of the 4·10⁶ sets of up to six of 39 effects does
 /// with 0.8 %, as far as the noise model holds.
 const OVERWHELMING: f64 = 20.0;
-/// What is this part of its range from an end of it went to the end.
-const EDGE: f64 = 1e-6;
-
 impl Found {
     pub(super) fn effects(&self) -> &EffectSet {
         self.candidates[self.chosen].effects()
@@ -210,32 +172,7 @@ impl Found {
 
     /// Whether every effect of a candidate shows (see [`Fit::shown`]), and no number went to the end of where a fit may look.
     pub(super) fn is_resolved(&self, index: usize) -> bool {
-        self.shows(index) && !self.runs_off(index)
-    }
-
-    /// Whether a candidate has a line of the noise among its effects: a period or a frequency was searched, and what was found there
-    /// does not show. It is the explanation without that effect, once more.
-    fn has_noise_line(&self, index: usize) -> bool {
-        let fit = &self.candidates[index].fit;
-        fit.hypothesis.free.iter().any(|free| free.is_line() && !fit.shown.contains(&free.effect))
-    }
-
-    fn shows(&self, index: usize) -> bool {
-        let fit = &self.candidates[index].fit;
-        fit.hypothesis.effects.is_subset(&fit.shown)
-    }
-
-    /// Whether a number went to the end of where a fit may look: that is no finding (none at all is: zero), but what is
-    /// still missing beside it may be what drives it there.
-    fn runs_off(&self, index: usize) -> bool {
-        let fit = &self.candidates[index].fit;
-        fit.hypothesis.free.iter().zip(&fit.values).any(|(free, &value)| {
-            let (least, most) = free.range;
-            let edge = EDGE * (most - least);
-            // A range over many decades is wide beside its lower end: a thousandth of that end counts there.
-            let low = least != 0.0 && value - least < edge.min(1e3 * EDGE * least.abs());
-            free.freedom == Freedom::Cause && !free.held && (low || most - value < edge)
-        })
+        self.candidates[index].is_resolved()
     }
 
     /// Whether a candidate predicts better than the chosen one by less than is worth naming: a detail that only
@@ -322,8 +259,9 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let candidates = &found.candidates;
     let best = reference(candidates);
     let is_borne_out = |index: usize| candidates[index].effects().is_disjoint(&found.not_borne_out);
-    let stands =
-        |index| !found.is_refinement(index, before) && !found.has_noise_line(index) && is_borne_out(index);
+    let stands = |index| {
+        !found.is_refinement(index, before) && !candidates[index].has_noise_line() && is_borne_out(index)
+    };
     let stands: Vec<bool> = (0..candidates.len()).map(stands).collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.log_likelihoods(best)).collect();
     let mut sum = vec![0.0; candidates.len()];
@@ -348,7 +286,9 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use crate::diagnose::hypothesis::{Free, Hypothesis};
+    use crate::diagnose::fit::Fit;
+    use crate::diagnose::hypothesis::{Free, Freedom, Hypothesis};
+    use crate::diagnose::predictive::Predictive;
 
     pub(in crate::diagnose) const COULOMB: EffectId = EffectId::CoulombFriction;
     pub(in crate::diagnose) const BACKLASH: EffectId = EffectId::Backlash;
@@ -434,7 +374,7 @@ pub(super) mod tests {
         let runs_off = |value: f64| {
             let mut soft = candidate(&[COULOMB], value, 100.0);
             soft.fit.hypothesis.free[0].range = (8.0, 8e9);
-            found(vec![candidate(&[], 0.0, 1e4), soft], 0).runs_off(1)
+            soft.runs_off()
         };
         assert_eq!([8.0, 7000.0, 8080.0, 8e9].map(runs_off), [true, false, false, true]);
     }

@@ -1,6 +1,7 @@
 //! Explanations that stand beside the chosen one.
 
-use super::found::{Candidate, Found, price};
+use super::candidate::Candidate;
+use super::found::{Found, price};
 use super::hypothesis::EffectSet;
 
 /// Explanations closer than this in log-likelihood predict equally well (a factor of 20 in likelihood).

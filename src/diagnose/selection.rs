@@ -1,13 +1,14 @@
 //! Which effects: forward selection and backward elimination on held-out evidence.
 
 use super::Progress;
+use super::candidate::Candidate;
 use super::decide::Limits;
 use super::estimate::Screen;
 use super::evidence::Score;
 use super::experiment::{HeldOut, Training};
 use super::fit::{Care, Fit, fit};
 use super::floors::Floors;
-use super::found::{Base, Candidate, Found, posterior};
+use super::found::{Base, Found, posterior};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified, with_modified};
 use super::motion;
 use super::predictive::{Predictive, predictive};

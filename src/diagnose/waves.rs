@@ -22,8 +22,8 @@ impl Wave {
     }
 }
 
-/// The machine with each of these waves of a law of period, sine, cosine, and sine and cosine of twice the frequency; none where its
-/// description refuses one.
+/// The machine with each of these waves of a law of period, sine and cosine, whose other numbers are zero (a second harmonic, a flank); none where
+/// its description refuses one.
 pub fn machines(machine: &Machine, law: EffectId, waves: impl Iterator<Item = Wave>) -> Option<Vec<Machine>> {
     let names: Vec<String> =
         law.parameters().iter().map(|parameter| path(law, parameter.key(machine.motion()))).collect();

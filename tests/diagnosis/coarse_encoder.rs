@@ -79,6 +79,5 @@ fn exact_a_limit_cycle_at_rest_is_not_the_noise_of_the_motion() {
         recording.runs().iter().map(|run| Experiment::new(run, &machine).unwrap()).collect();
     let floor = Floor::estimate(&machine, &experiments.iter().collect::<Vec<_>>()).unwrap();
     let sigma = floor.sigma(Signal::Position);
-    println!("{sigma:e} {:?}", floor.source(Signal::Position));
     assert!((sigma / (step / 12.0_f64.sqrt()) - 1.0).abs() < 0.2, "{sigma}");
 }

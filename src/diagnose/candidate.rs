@@ -1,0 +1,68 @@
+//! A hypothesis once it is fitted and scored.
+
+use super::evidence::Score;
+use super::fit::Fit;
+use super::hypothesis::{EffectSet, Freedom};
+use super::predictive::Predictive;
+
+/// What is this part of its range from an end of it went to the end.
+const EDGE: f64 = 1e-6;
+
+/// A hypothesis fitted on training runs and scored on held-out runs.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// The fit.
+    pub fit: Fit,
+    /// Its score on the held-out runs, as fitted.
+    pub score: Score,
+    /// Its posterior-predictive score, by which explanations are compared.
+    pub predictive: Predictive,
+    /// Whether the score is by a noise floor of its own: its effects make noise.
+    pub has_own_floor: bool,
+    /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
+    pub thorough: bool,
+}
+
+impl Candidate {
+    /// Its effects.
+    pub fn effects(&self) -> &EffectSet {
+        &self.fit.hypothesis.effects
+    }
+
+    /// Posterior-predictive log-likelihood of each block of the held-out runs; see [`Score::log_likelihoods`].
+    pub(super) fn log_likelihoods(&self, reference: &Score) -> Vec<f64> {
+        let mut blocks = self.predictive.score.log_likelihoods(reference);
+        let cost = self.predictive.cost / blocks.len().max(1) as f64;
+        blocks.iter_mut().for_each(|block| *block -= cost);
+        blocks
+    }
+
+    /// Mean square that it leaves.
+    pub(super) fn left(&self) -> f64 {
+        self.predictive.score.mean_square()
+    }
+
+    /// Whether every effect shows (see [`Fit::shown`]), and no number went to the end of where a fit may look.
+    pub(super) fn is_resolved(&self) -> bool {
+        self.effects().is_subset(&self.fit.shown) && !self.runs_off()
+    }
+
+    /// Whether it has a line of the noise among its effects: a period or a frequency was searched, and what was found there
+    /// does not show. It is the explanation without that effect, once more.
+    pub(super) fn has_noise_line(&self) -> bool {
+        let free = &self.fit.hypothesis.free;
+        free.iter().any(|free| free.is_line() && !self.fit.shown.contains(&free.effect))
+    }
+
+    /// Whether a number went to the end of where a fit may look: that is no finding (none at all is: zero), but what is
+    /// still missing beside it may be what drives it there.
+    pub(super) fn runs_off(&self) -> bool {
+        self.fit.hypothesis.free.iter().zip(&self.fit.values).any(|(free, &value)| {
+            let (least, most) = free.range;
+            let edge = EDGE * (most - least);
+            // A range over many decades is wide beside its lower end: a thousandth of that end counts there.
+            let low = least != 0.0 && value - least < edge.min(1e3 * EDGE * least.abs());
+            free.freedom == Freedom::Cause && !free.held && (low || most - value < edge)
+        })
+    }
+}
