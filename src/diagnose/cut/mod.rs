@@ -71,7 +71,7 @@ const NEGLIGIBLE: f64 = 0.01;
 ///
 /// # Model
 /// Each stretch's residual on the recorded runs is compared with the same residual on replays of the twin as it is, noise
-/// as stated: that is what the stretch looks like with nothing wrong in it. They are compared over 1, 4, 16, … samples (see [`Scales`]): what
+/// as stated: that is what the stretch looks like with nothing wrong in it. They are compared over 1, 4, 16, … samples: what
 /// stays below the noise of each sample, an offset say, shows in the mean of many, and the closed loop adds it up.
 ///
 /// # Errors
