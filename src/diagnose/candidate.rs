@@ -5,7 +5,8 @@ use super::fit::Fit;
 use super::hypothesis::{EffectSet, Freedom};
 use super::predictive::Predictive;
 
-/// What is this part of its range from an end of it went to the end.
+/// A number nearer to an end of its range than this share of it went to the end: far above rounding, and far below any step of a fit that
+/// stops of itself.
 const EDGE: f64 = 1e-6;
 
 /// A hypothesis fitted on training runs and scored on held-out runs.

@@ -116,8 +116,8 @@ const DESCENTS: usize = 2;
 /// Fits a hypothesis to training runs from its starts, or from `warm` alone, and keeps the best.
 ///
 /// # Model
-/// Of several starts, those that already replay best are descended from, and after a few steps of a rough fit only the best of them goes
-/// on. Levenberg–Marquardt between bounds. Residuals far outside their own spread count
+/// Of several starts, those that already replay best are descended from, and the best of those that replace what is found; after a few steps
+/// of a rough fit only the best of them goes on. Levenberg–Marquardt between bounds. Residuals far outside their own spread count
 /// linearly (Huber). Standard errors are the sandwich `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples,
 /// which holds for autocorrelated and uneven residuals alike.
 ///
@@ -176,15 +176,15 @@ fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
         objective.size(&(residuals - columns * (inverted(&normal) * gradient)))
     };
     let sizes: Vec<f64> = starts.iter().zip(&residuals).map(left).collect();
-    let sized: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
-    let best = |starts: &[(f64, Vec<f64>)], most: usize| -> Vec<Vec<f64>> {
-        let mut starts = starts.to_vec();
-        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
-        starts.into_iter().take(most).map(|(_, start)| start).collect()
-    };
+    let mut building: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
     // What is found was fitted, what would take its place was not: by their replays alone the one always looks better.
-    let (building, replacing) = sized.split_at(objective.hypothesis.building);
-    Ok([best(building, DESCENTS), best(replacing, 1)].concat())
+    let mut replacing = building.split_off(objective.hypothesis.building);
+    for starts in [&mut building, &mut replacing] {
+        starts.sort_by(|a, b| a.0.total_cmp(&b.0));
+    }
+    building.truncate(DESCENTS);
+    building.extend(replacing.into_iter().take(1));
+    Ok(building.into_iter().map(|(_, start)| start).collect())
 }
 
 /// Values inside the ranges of a hypothesis.

@@ -44,6 +44,7 @@ pub const PRICE_PER_EFFECT: f64 = 4.605;
 /// exceeds e²⁰ with a probability of e⁻²⁰ at most (its expectation is 1; Markov's inequality), and one of the 4·10⁶ sets of up to six of 39 effects does
 /// with 0.8 %, as far as the noise model holds.
 const OVERWHELMING: f64 = 20.0;
+
 impl Found {
     pub(super) fn effects(&self) -> &EffectSet {
         self.candidates[self.chosen].effects()

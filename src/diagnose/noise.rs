@@ -73,9 +73,7 @@ impl Floor {
         let repeats = repeats(experiments, &shaken);
         let dwell = dwell::scatters(experiments, &shaken);
         let declared = Declared::of(machine, experiments)?;
-        let imagined: Vec<Experiment> =
-            experiments.par_iter().map(|e| e.imagined(machine, 0)).collect::<Result<_>>()?;
-        let made = dwell::scatters(&imagined.iter().collect::<Vec<_>>(), &shaken);
+        let made = declared.scatters(machine, experiments, &shaken)?;
         let mut levels = BTreeMap::new();
         let mut is_measured = true;
         for signal in experiments.iter().flat_map(|e| e.signals()).copied() {
@@ -341,6 +339,21 @@ impl Declared {
         let name = experiment.run().name().to_string();
         let keyed = squares.into_iter().zip(experiment.signals());
         Ok(keyed.map(|(s, &signal)| ((name.clone(), signal), moving_root_mean(&s, half))).collect())
+    }
+
+    /// σ at standstill of the twin's own logs with declared noise; none where no noise is declared.
+    fn scatters(
+        &self,
+        machine: &Machine,
+        experiments: &[&Experiment],
+        shaken: &Shaken,
+    ) -> Result<BTreeMap<Signal, f64>> {
+        if self.sigma.is_empty() {
+            return Ok(BTreeMap::new());
+        }
+        let imagined: Vec<Experiment> =
+            experiments.par_iter().map(|e| e.imagined(machine, 0)).collect::<Result<_>>()?;
+        Ok(dwell::scatters(&imagined.iter().collect::<Vec<_>>(), shaken))
     }
 
     fn level(&self, signal: Signal) -> Option<f64> {

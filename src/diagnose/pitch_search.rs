@@ -23,7 +23,7 @@ const PLACES: usize = 4 * HALVES;
 const SHARE: f64 = 1e-5;
 /// Spatial frequencies lie this part of the resolution (one over the travel) apart.
 const OVERSAMPLING: f64 = 10.0;
-/// Sets are looked for on a grid so many times as coarse.
+/// Sets are looked for on a grid so many times as coarse, a fifth of the resolution: a choice of cost, each wave is refined then.
 const COARSE: usize = 2;
 /// Peaks that fits start from, and that sets are begun with.
 const PEAKS: usize = 3;
@@ -212,8 +212,8 @@ impl PitchSearch {
     }
 
     fn block(&self, frequencies: &[f64]) -> DMatrix<f64> {
-        let (blocks, own): (Vec<DMatrix<f64>>, _) =
-            (frequencies.iter().map(|f| self.wave(*f)).collect(), self.columns());
+        let blocks: Vec<DMatrix<f64>> = frequencies.iter().map(|f| self.wave(*f)).collect();
+        let own = self.columns();
         DMatrix::from_fn(2 * HALVES, own * blocks.len(), |row, k| blocks[k / own][(row, k % own)])
     }
 

@@ -77,7 +77,7 @@ impl WaveSets {
         }
     }
 
-    /// What a set explains; none where its waves cannot be told apart.
+    /// What a set explains, from the blocks of its pairs: the sets of a grid are thousands. None where its waves cannot be told apart.
     fn gain(&self, set: &[usize]) -> Option<f64> {
         let size = self.columns * set.len();
         let mut normal = DMatrix::zeros(size, size);

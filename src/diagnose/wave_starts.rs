@@ -55,12 +55,10 @@ impl Search<'_> {
             let members = members(next);
             let is_found = members.len() > 1 && members.iter().all(|of| *of == next || effects.contains(of));
             let together = if is_found { search.sets(members.len()) } else { Vec::new() };
-            let both_flanks = |start: Vec<f64>| match next {
-                EffectId::ScrewError => [start, vec![0.0]].concat(),
-                _ => start,
-            };
-            let pitches = search.pitches().into_iter().map(both_flanks);
-            proposals.add(next, pitches.collect(), together);
+            let mut pitches = search.pitches();
+            // What a law has besides a wave (the flank of a screw) starts from none.
+            pitches.iter_mut().for_each(|start| start.resize(next.parameters().len(), 0.0));
+            proposals.add(next, pitches, together);
         }
         Ok(())
     }
