@@ -33,6 +33,7 @@ pub mod hypothesis;
 pub mod identifiability;
 mod improve;
 mod json;
+mod line_search;
 mod linearised;
 mod locate;
 mod measured;

@@ -232,6 +232,7 @@ impl Search<'_> {
             }
             if !found.is_adequate(index) {
                 self.add_waves(&mut proposals, fit, &sensitivities, &screen)?;
+                self.add_vibrations(&mut proposals, fit, &screen)?;
             }
             found.bases.insert(index, Base { sensitivities, proposals });
         }

@@ -24,3 +24,4 @@ mod servo_diagnosis;
 mod stretches;
 mod torque_drive;
 mod two_sensors;
+mod vibration;
