@@ -213,6 +213,21 @@ pub fn path(effect: EffectId, parameter: &str) -> String {
     format!("effect.{}.{parameter}", effect.name())
 }
 
+/// A machine with an effect whose parameters have these values, those that are not given as they were.
+///
+/// # Errors
+/// A value that the machine's description refuses.
+pub fn with_effect(machine: &Machine, effect: EffectId, values: &[f64]) -> Result<Machine> {
+    let paths: Vec<String> = paths(effect, machine.motion()).collect();
+    let values = values.iter().copied().map(toml::Value::Float);
+    machine.with_settings(paths.iter().map(String::as_str).zip(values))
+}
+
+/// Key paths of an effect's parameters on this kind of axis.
+pub fn paths(effect: EffectId, motion: Motion) -> impl Iterator<Item = String> {
+    effect.parameters().iter().map(move |parameter| path(effect, parameter.key(motion)))
+}
+
 /// Keys and units of an effect's parameters on this kind of axis.
 fn parameters(effect: EffectId, motion: Motion) -> impl Iterator<Item = (&'static str, &'static str)> {
     effect.parameters().iter().map(move |p| (p.key(motion), p.unit(motion)))

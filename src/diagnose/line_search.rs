@@ -1,8 +1,9 @@
 //! Frequencies of a vibration, from what the replays of a fit leave.
 
-use super::hypothesis::path;
+use super::estimate::vibration::HIGHEST;
+use super::hypothesis::with_effect;
 use super::objective::Objective;
-use super::ordinates::around;
+use super::ordinates::{self, OVERSAMPLING};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -10,32 +11,24 @@ use nalgebra::DVector;
 use realfft::RealFftPlanner;
 use std::f64::consts::TAU;
 
-/// Frequencies lie this part of one over the longest run apart.
-const OVERSAMPLING: usize = 4;
 /// Fewer periods over the longest run are a trend.
 const LEAST_PERIODS: usize = 3;
-/// Highest frequency as a share of the sample rate: the one up to which a fit looks.
-const HIGHEST: f64 = 0.4;
-/// A line has so many times the median of its neighbours on both sides: enough to start a fit from, which decides.
-const STANDS_OUT: f64 = 8.0;
-/// The line's own ordinates, and its neighbours on either side, in ordinates one over the longest run apart: a Hann window has two of its own.
-const OWN: usize = 2;
-const NEIGHBOURS: usize = 6;
-/// Amplitude of a vibration while its response is taken, as a share of the largest force: the size of a usual one, since dry friction answers a far
-/// smaller one by when it sticks.
+/// Amplitude of a vibration while its response is taken, as a share of the largest force. Machines have 0.05 to 2 % of the rated force (prior of
+/// [`ExternalVibration`](crate::effect::ExternalVibration)). With far less, the instants at which dry friction sticks make most of the response.
 const SHARE: f64 = 1e-3;
 
-/// Where the fit of a vibration may begin, frequency and amplitude, at most so many, the strongest line first.
+/// Where the fit of a vibration may begin: frequency in Hz and amplitude in N or N·m, at most so many, the strongest line first. `largest_force` is in
+/// N or N·m; where it is zero there are none.
 ///
 /// # Model
-/// The normalised residuals r of each signal of each run, with weights w, give a periodogram through a Hann window h; those of all are added up, since
-/// a vibration has one frequency, and a phase of its own in each run:
+/// The normalised residuals r (no unit, predicted less measured) of each signal of each run, with weights w, give a periodogram through a Hann window h.
+/// Those of all are added up: a vibration has one frequency, and a phase of its own in each run.
 /// ```text
 ///   P(f) = Σ |Σ h·w·r·e^(−i2πft)|² / Σ h·w
 /// ```
-/// A line is a peak that stands out from its neighbours. Its amplitude follows from the replay with a small vibration of that frequency and the phase that
-/// suits each run, which changes the residuals by R a unit of amplitude: `A = −RᵀWr/RᵀWR`. Unlike the spectrum of the missing force this has what the
-/// twin's motion explains taken out of it, and no derivative of the position in it.
+/// A line is a peak that stands out from its neighbours. A replay with a small vibration of that frequency, and the phase that suits each run, changes the
+/// residuals by R per N or N·m; least squares then give the amplitude `A = −RᵀWr/RᵀWR`. Unlike the spectrum of the missing force this spectrum is free
+/// of what the twin predicts of the motion, and takes no derivative of the position.
 ///
 /// # Validity
 /// Runs sampled evenly. To first order in the amplitude.
@@ -51,12 +44,16 @@ pub fn vibrations(
     largest_force: f64,
     most: usize,
 ) -> Result<Vec<Vec<f64>>> {
+    let amplitude = SHARE * largest_force;
+    if amplitude <= 0.0 {
+        return Ok(Vec::new());
+    }
     let residuals = objective.residuals(values)?;
     let weights = objective.weights(&residuals);
     let frequencies = lines(objective, &residuals, &weights, most);
-    let amplitude = SHARE * largest_force;
     let fitted = objective.hypothesis.machine(objective.machine, values)?;
-    let shaken: Result<Vec<Machine>> = frequencies.iter().map(|f| shaken(&fitted, *f, amplitude)).collect();
+    let shaken = |f: &f64| with_effect(&fitted, EffectId::ExternalVibration, &[*f, amplitude]);
+    let shaken: Result<Vec<Machine>> = frequencies.iter().map(shaken).collect();
     let changed = objective.residuals_at(&shaken?)?;
     let size = |changed: DVector<f64>| {
         let response = (changed - &residuals) / amplitude;
@@ -65,15 +62,6 @@ pub fn vibrations(
     };
     let starts = frequencies.iter().zip(changed).map(|(f, changed)| vec![*f, size(changed)]);
     Ok(starts.filter(|start| start[1] > 0.0).collect())
-}
-
-/// A machine with a vibration.
-fn shaken(machine: &Machine, frequency_hz: f64, amplitude: f64) -> Result<Machine> {
-    let effect = EffectId::ExternalVibration;
-    let names: Vec<String> =
-        effect.parameters().iter().map(|parameter| path(effect, parameter.key(machine.motion()))).collect();
-    let values = [frequency_hz, amplitude].map(toml::Value::Float);
-    machine.with_settings(names.iter().map(String::as_str).zip(values))
 }
 
 /// Frequencies in Hz of the strongest lines.
@@ -135,15 +123,8 @@ impl Spectrum {
 
     /// Frequencies in Hz of the strongest lines, at most so many.
     fn lines(&self, most: usize) -> Vec<f64> {
-        let last = ((HIGHEST * self.padded as f64) as usize).min(self.power.len());
-        let (near, far) = (OWN * OVERSAMPLING, (OWN + NEIGHBOURS) * OVERSAMPLING);
-        let is_line = |k: &usize| {
-            let own = self.power[k - OVERSAMPLING..(k + OVERSAMPLING + 1).min(self.power.len())].iter();
-            let is_peak = self.power[*k] > 0.0 && own.copied().fold(0.0, f64::max) <= self.power[*k];
-            is_peak && around(&self.power, *k, [near, far], 1).is_none_or(|a| self.power[*k] > STANDS_OUT * a)
-        };
-        let mut lines: Vec<usize> = (LEAST_PERIODS * OVERSAMPLING..last).filter(is_line).collect();
-        lines.sort_by(|&a, &b| self.power[b].total_cmp(&self.power[a]));
+        let last = (HIGHEST * self.padded as f64) as usize;
+        let lines = ordinates::lines(&self.power, LEAST_PERIODS * OVERSAMPLING..last);
         lines.into_iter().take(most).map(|k| k as f64 / (self.padded as f64 * self.period_s)).collect()
     }
 }

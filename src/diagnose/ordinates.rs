@@ -19,6 +19,32 @@ pub fn around(ordinates: &[f64], place: usize, [near, far]: [usize; 2], least: u
     below.into_iter().chain(above).reduce(f64::max)
 }
 
+/// Ordinates one over the length of the series apart lie this many places apart where lines are looked for.
+pub const OVERSAMPLING: usize = 4;
+/// A line has so many times the median of its neighbours on both sides, some six times their mean: enough to start a fit from, which decides. What
+/// repeats with the motion has no line so narrow.
+const STANDS_OUT: f64 = 8.0;
+/// A line's own ordinates on either side, and its neighbours beyond them, one over the length of the series apart. A Hann window makes a line as wide.
+const OWN: usize = 2;
+const NEIGHBOURS: usize = 6;
+
+/// Places in a range at which a line stands out from its neighbours, the strongest first.
+pub fn lines(ordinates: &[f64], range: std::ops::Range<usize>) -> Vec<usize> {
+    let end = ordinates.len();
+    let is_peak = |k: usize| {
+        let own = k.saturating_sub(OVERSAMPLING)..(k + OVERSAMPLING + 1).min(end);
+        own.into_iter().all(|j| ordinates[j] <= ordinates[k])
+    };
+    let (near, far) = (OWN * OVERSAMPLING, (OWN + NEIGHBOURS) * OVERSAMPLING);
+    let stands_out = |k: usize| {
+        around(ordinates, k, [near, far], 1).is_none_or(|around| ordinates[k] > STANDS_OUT * around)
+    };
+    let is_line = |&k: &usize| ordinates[k] > 0.0 && is_peak(k) && stands_out(k);
+    let mut lines: Vec<usize> = (range.start..range.end.min(end)).filter(is_line).collect();
+    lines.sort_by(|&a, &b| ordinates[b].total_cmp(&ordinates[a]));
+    lines
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

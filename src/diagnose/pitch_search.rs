@@ -3,7 +3,7 @@
 use super::care::Sensitivities;
 use super::estimate::relax::{Spectrum, is_same, refined, settled, undoubled};
 use super::fit::{Fit, inverted};
-use super::hypothesis::{Freedom, path};
+use super::hypothesis::{Freedom, paths};
 use super::objective::Objective;
 use super::wave_sets::WaveSets;
 use super::waves::{self, Wave};
@@ -141,8 +141,8 @@ impl PitchSearch {
 
     /// Takes note of a wave that the hypothesis has.
     fn know(&mut self, fit: &Fit, effect: EffectId, machine: &Machine) {
-        let names = effect.parameters().iter().map(|parameter| path(effect, parameter.key(machine.motion())));
-        let values: Option<Vec<f64>> = names.map(|name| fit.hypothesis.value(&name, &fit.values)).collect();
+        let values = paths(effect, machine.motion()).map(|path| fit.hypothesis.value(&path, &fit.values));
+        let values: Option<Vec<f64>> = values.collect();
         if let Some([period, amplitudes @ ..]) = values.as_deref() {
             let own = &amplitudes[..self.columns()];
             self.known += self.wave(1.0 / period) * DVector::from_column_slice(own);

@@ -1,7 +1,7 @@
 //! Where fits of what repeats along the axis or in time begin, from what the replays of a fit leave.
 
 use super::care::Sensitivities;
-use super::estimate::{Screen, reading};
+use super::estimate::{Screen, reading, vibration};
 use super::fit::Fit;
 use super::line_search::vibrations;
 use super::objective::Objective;
@@ -21,8 +21,6 @@ const ENCODER: [EffectId; 1] = [EffectId::EncoderPeriodicError];
 const SCREW: [EffectId; 1] = [EffectId::ScrewError];
 /// The largest share of a ripple that a fit begins with: no fit begins where the motor pulls backwards.
 const LARGEST_SHARE: f64 = 0.5;
-/// Frequencies from which the fit of a vibration starts at most.
-const LINES: usize = 3;
 
 impl Search<'_> {
     /// Adds starts of the next law of each family, by itself and together with those that the fit has.
@@ -66,17 +64,18 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Adds starts of a vibration.
+    /// Adds starts of a vibration where the machine states none.
     ///
     /// # Errors
     /// Whatever a replay refuses.
     pub(super) fn add_vibrations(&self, proposals: &mut Proposals, fit: &Fit, screen: &Screen) -> Result<()> {
-        if proposals.get(EffectId::ExternalVibration).is_none() {
+        let is_stated = self.machine.description().effect.contains(EffectId::ExternalVibration);
+        if is_stated || proposals.get(EffectId::ExternalVibration).is_none() {
             return Ok(());
         }
         let objective =
             Objective::new(self.machine, &fit.hypothesis, self.training.runs(), &self.floors.common);
-        let starts = vibrations(&objective, &fit.values, screen.largest_force, LINES)?;
+        let starts = vibrations(&objective, &fit.values, screen.largest_force, vibration::STARTS)?;
         proposals.add(EffectId::ExternalVibration, starts, Vec::new());
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Machines with waves over place, of which replays tell the responses.
 
-use super::hypothesis::path;
+use super::hypothesis::with_effect;
 use crate::effect::EffectId;
 use crate::machine::Machine;
 
@@ -25,12 +25,7 @@ impl Wave {
 /// The machine with each of these waves of a law of period, sine and cosine, whose other numbers are zero (a second harmonic, a flank); none where
 /// its description refuses one.
 pub fn machines(machine: &Machine, law: EffectId, waves: impl Iterator<Item = Wave>) -> Option<Vec<Machine>> {
-    let names: Vec<String> =
-        law.parameters().iter().map(|parameter| path(law, parameter.key(machine.motion()))).collect();
-    let with = |wave: Wave| {
-        let values = [wave.period, wave.sine, wave.cosine, 0.0, 0.0].map(toml::Value::Float);
-        machine.with_settings(names.iter().map(String::as_str).zip(values)).ok()
-    };
+    let with = |wave: Wave| with_effect(machine, law, &[wave.period, wave.sine, wave.cosine, 0.0, 0.0]).ok();
     waves.map(with).collect()
 }
 

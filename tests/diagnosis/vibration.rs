@@ -1,4 +1,4 @@
-//! A vibration that the missing force hides: the twin's replays leave a line, the accelerations read off a log leave more than that beside it.
+//! A vibration that stands out of what the twin's replays leave, and not of the missing force.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use crate::support::strokes::{Cell, Strokes};
@@ -14,7 +14,7 @@ const CELLS: [Cell; 5] = [
     (0.012, 0.61, Role::HeldOut),
 ];
 
-/// A third of a newton at 20.26 Hz on a table of 95 kg with 20 N of friction.
+/// A third of a newton at 20.26 Hz on a moving part of 95 kg.
 #[test]
 fn ref_a_small_vibration_is_named() {
     let machine = model("emps");

@@ -23,7 +23,7 @@ mod scales;
 pub mod screening;
 mod spectrum;
 mod timing;
-mod vibration;
+pub mod vibration;
 mod voltage;
 mod winding;
 

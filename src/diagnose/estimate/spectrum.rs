@@ -3,7 +3,7 @@
 use super::Screen;
 use super::periodogram::PASSED_HZ;
 use super::screening::{Base, Series};
-use crate::diagnose::ordinates::around;
+use crate::diagnose::ordinates::{self, OVERSAMPLING};
 use nalgebra::DVector;
 use std::f64::consts::TAU;
 
@@ -16,8 +16,6 @@ pub struct Line {
     pub amplitude: f64,
 }
 
-/// Frequencies lie this part of one over the longest run apart.
-const OVERSAMPLING: f64 = 4.0;
 /// Fewer periods over a run are a trend.
 const LEAST_PERIODS: f64 = 3.0;
 /// Samples used of a run at most.
@@ -42,7 +40,7 @@ pub fn lines(screen: &Screen, most: usize) -> Vec<Line> {
         return Vec::new();
     }
     let (from, to) = (LEAST_PERIODS / longest_s, PASSED_HZ.min(0.4 / fastest_s));
-    let step = (1.0 / (OVERSAMPLING * longest_s)).max((to - from) / MOST_FREQUENCIES as f64);
+    let step = (1.0 / (OVERSAMPLING as f64 * longest_s)).max((to - from) / MOST_FREQUENCIES as f64);
     let count = if to > from { ((to - from) / step) as usize } else { 0 };
     let power: Vec<(f64, f64)> = (0..count)
         .map(|k| {
@@ -52,33 +50,12 @@ pub fn lines(screen: &Screen, most: usize) -> Vec<Line> {
         })
         .collect();
     let samples: usize = rests.iter().map(|(_, rest)| rest.len()).sum();
-    let width = OVERSAMPLING as usize;
-    let is_peak = |k: usize| {
-        let around = k.saturating_sub(width)..(k + width + 1).min(count);
-        around.into_iter().all(|j| power[j].1 <= power[k].1)
-    };
     let totals: Vec<f64> = power.iter().map(|(_, total)| *total).collect();
-    let stands_out = |k: usize| {
-        let around = around(&totals, k, [2 * width, (2 + NEIGHBOURS) * width], 1);
-        around.is_none_or(|around| totals[k] > STANDS_OUT * around)
-    };
-    let mut peaks: Vec<(f64, f64)> =
-        (0..count).filter(|&k| is_peak(k) && stands_out(k)).map(|k| power[k]).collect();
-    peaks.sort_by(|a, b| b.1.total_cmp(&a.1));
     // A sine of amplitude A over N samples has |Σ y·e^(−iωt)|² = (N·A/2)², and power() gives that over N.
     let amplitude = |total: f64| 2.0 * (total / samples as f64).sqrt();
-    peaks
-        .into_iter()
-        .take(most)
-        .map(|(frequency_hz, total)| Line { frequency_hz, amplitude: amplitude(total) })
-        .collect()
+    let line = |k: usize| Line { frequency_hz: power[k].0, amplitude: amplitude(power[k].1) };
+    ordinates::lines(&totals, 0..count).into_iter().take(most).map(line).collect()
 }
-
-/// A line has so many times the median power of its neighbours on both sides, some six times their mean: enough to start a fit from,
-/// which decides. What repeats with the motion has no line so narrow.
-const STANDS_OUT: f64 = 8.0;
-/// Neighbours on either side, in ordinates one over the longest run apart.
-const NEIGHBOURS: usize = 6;
 
 /// What the base leaves of a run's missing force, thinned, with its sample period.
 fn rest(screen: &Screen, run: &Series) -> Option<(f64, Vec<f64>)> {

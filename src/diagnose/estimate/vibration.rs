@@ -5,10 +5,11 @@ use super::{Estimate, Screen};
 use crate::effect::ExternalVibration;
 
 /// Frequencies from which a fit starts at most.
-const STARTS: usize = 3;
-/// A fit looks for the frequency between so many periods over the longest run and this share of the sample rate.
+pub const STARTS: usize = 3;
+/// A fit looks for the frequency from so many periods over the longest run.
 const LEAST_PERIODS: f64 = 2.0;
-const HIGHEST: f64 = 0.4;
+/// A fit looks for it up to this share of the sample rate.
+pub const HIGHEST: f64 = 0.4;
 
 impl Estimate for ExternalVibration {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
