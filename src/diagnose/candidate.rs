@@ -2,7 +2,8 @@
 
 use super::evidence::Score;
 use super::fit::Fit;
-use super::hypothesis::{EffectSet, Freedom};
+use super::grounds::Unidentified;
+use super::hypothesis::{EffectSet, Free, Freedom};
 use super::predictive::Predictive;
 
 /// A number nearer to an end of its range than this share of it went to the end: far above rounding, and far below any step of a fit that
@@ -45,7 +46,24 @@ impl Candidate {
 
     /// Whether every effect shows (see [`Fit::shown`]), and no number went to the end of where a fit may look.
     pub(super) fn is_resolved(&self) -> bool {
-        self.effects().is_subset(&self.fit.shown) && !self.runs_off()
+        self.unidentified().is_none()
+    }
+
+    /// Why the training runs do not identify it, where an effect of it does not show or a number went to the end of where a fit may look.
+    pub(super) fn unidentified(&self) -> Option<Unidentified> {
+        let hidden = self.effects().iter().find(|effect| !self.fit.shown.contains(*effect));
+        let hidden = hidden.map(|effect| Unidentified::NotSignificant { effect: effect.name() });
+        let ran_off = || {
+            let numbers = self.fit.hypothesis.free.iter().zip(self.fit.values.iter().copied());
+            let (free, value) = numbers.into_iter().find(|(free, value)| runs_off(free, *value))?;
+            Some(Unidentified::AtBound {
+                effect: free.effect.name(),
+                number: free.name,
+                value,
+                unit: free.unit,
+            })
+        };
+        hidden.or_else(ran_off)
     }
 
     /// Whether it has a line of the noise among its effects: a period or a frequency was searched, and what was found there
@@ -54,16 +72,14 @@ impl Candidate {
         let free = &self.fit.hypothesis.free;
         free.iter().any(|free| free.is_line() && !self.fit.shown.contains(&free.effect))
     }
+}
 
-    /// Whether a number went to the end of where a fit may look: that is no finding (none at all is: zero), but what is
-    /// still missing beside it may be what drives it there.
-    pub(super) fn runs_off(&self) -> bool {
-        self.fit.hypothesis.free.iter().zip(&self.fit.values).any(|(free, &value)| {
-            let (least, most) = free.range;
-            let edge = EDGE * (most - least);
-            // A range over many decades is wide beside its lower end: a thousandth of that end counts there.
-            let low = least != 0.0 && value - least < edge.min(1e3 * EDGE * least.abs());
-            free.freedom == Freedom::Cause && !free.held && (low || most - value < edge)
-        })
-    }
+/// Whether a fitted number of a cause went to the end of where a fit may look: that is no finding (none at all is: zero), but what is
+/// still missing beside it may be what drives it there.
+fn runs_off(free: &Free, value: f64) -> bool {
+    let (least, most) = free.range;
+    let edge = EDGE * (most - least);
+    // A range over many decades is wide beside its lower end: a thousandth of that end counts there.
+    let low = least != 0.0 && value - least < edge.min(1e3 * EDGE * least.abs());
+    free.freedom == Freedom::Cause && !free.held && (low || most - value < edge)
 }

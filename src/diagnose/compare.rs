@@ -19,8 +19,9 @@ const PASSES: usize = 3;
 /// free inside `tolerance.effect` as calibration and may be named as a cause beyond it, like any other constant.
 ///
 /// What the baseline leaves of the reference's own held-out runs is no change either: it is taken into the noise of
-/// each signal, so that the gap of an unchanged machine is 1. Where no explanation fits the reference that is more than a detail:
-/// a change may hide in it, or look like another one. The comparison is then `unknown` and says so.
+/// each signal, so that the gap of an unchanged machine is 1. It is no bound from below: an explanation of the recording that leaves less
+/// is judged by what it leaves. Where more than a tenth of the reference's gap has no explanation, a change may hide in it, or look like
+/// another one. The comparison is then `unknown` and says so.
 ///
 /// # Validity
 /// Both recordings are of one machine; settings that differ between them (`set` of their runs) are known, not found.

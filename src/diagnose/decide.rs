@@ -113,8 +113,12 @@ impl Evidence {
 ///
 /// A fatal finding in the data forbids every verdict but `unknown`.
 ///
-/// A reference that came to `unknown` forbids every verdict but `unknown`. One that is `undecided` forbids none: its explanations
+/// A reference that no explanation fits forbids every verdict but `unknown`. One that is explained for nine tenths forbids none: the rest is noise
+/// of the comparison, and a change has to stand out of it. One that is `undecided` forbids none: its explanations
 /// predict it alike, so what changed since does not depend on the choice among them; only the values before do.
+///
+/// An explanation that is not identified forbids every verdict but `unknown`: an effect of it is not significant, or a number is at the bound
+/// of its range.
 ///
 /// A rigid-body proof that fails forbids `cause`, and `unknown` that calls its causes found in part. `no_gap` has no explanation to
 /// prove. `undecided` names none: the proof is of one of several explanations and does not judge the others.
@@ -130,7 +134,7 @@ pub fn decide(evidence: &Evidence, limits: &Limits, grounds: &Grounds) -> (Verdi
 mod tests {
     use super::*;
     use crate::diagnose::check::{Finding, Severity};
-    use crate::diagnose::grounds::{Before, Veto};
+    use crate::diagnose::grounds::{Before, Unidentified, Veto};
     use crate::diagnose::prove::RigidBody;
 
     const LIMITS: Limits = Limits { probability: 0.7, open_share: 1e-3, small_gap: 3.0 };
@@ -193,6 +197,23 @@ mod tests {
             let grounds = Grounds { reference: Some(UNEXPLAINED), ..Grounds::default() };
             let (verdict, withheld) = decided(evident, &grounds);
             assert_eq!((verdict, withheld.map(|w| w.by)), (Verdict::Unknown, Some(Veto::Reference)));
+        }
+    }
+
+    /// An explanation may close all of the gap: with a number at the bound of its range it is not identified, and the reason names the number.
+    #[test]
+    fn exact_what_is_not_identified_withholds_every_verdict() {
+        let hidden = Unidentified::NotSignificant { effect: "friction_drift" };
+        let ran_off =
+            Unidentified::AtBound { effect: "local_friction", number: "width_m", value: 0.113, unit: "m" };
+        for evident in ALL {
+            for (unidentified, told) in [(hidden, "friction_drift"), (ran_off, "width_m of local_friction")] {
+                let grounds = Grounds { unidentified: Some(&unidentified), ..Grounds::default() };
+                let (verdict, withheld) = decided(evident, &grounds);
+                let withheld = withheld.unwrap();
+                assert_eq!((verdict, withheld.by), (Verdict::Unknown, Veto::Unidentified));
+                assert!(withheld.reason.contains(told), "{}", withheld.reason);
+            }
         }
     }
 

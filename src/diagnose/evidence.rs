@@ -19,6 +19,8 @@ pub struct Score {
     inflation: Vec<(Channel, f64)>,
     /// Of two position sensors, the one that tells nothing of the loop that the other and their difference do not tell.
     second_sensor: Option<Signal>,
+    /// Mean square that its noise leaves of each channel for certain; 1 of those not listed (see [`Floor::noise_share`]).
+    least: Vec<(Channel, f64)>,
 }
 
 /// What residuals are taken of.
@@ -80,7 +82,7 @@ impl Score {
             };
             own_residuals.into_iter().map(widened).collect()
         };
-        Ok(Self::of_channels(experiments, &traces, channels))
+        Ok(Self::of_channels(experiments, &traces, channels).above(own))
     }
 
     /// Scores what was predicted for runs, one prediction a run.
@@ -89,7 +91,14 @@ impl Score {
             let common = |(channel, residual): (Channel, Vec<f64>)| (channel, residual, Vec::new());
             channels(experiment, predicted, floor).into_iter().map(common).collect()
         };
-        Self::of_channels(experiments, traces, channels)
+        Self::of_channels(experiments, traces, channels).above(floor)
+    }
+
+    /// With what the noise of a floor leaves for certain.
+    fn above(mut self, floor: &Floor) -> Self {
+        let share = |(signal, _)| (Channel::Signal(signal), floor.noise_share(signal));
+        self.least = self.levels(None).into_iter().map(share).collect();
+        self
     }
 
     /// Scores normalised residuals, and ln(σ/σ₀) of each sample, none where that is zero throughout.
@@ -128,7 +137,7 @@ impl Score {
         }
         let inflation = lags.into_iter().map(|(channel, sum, weight)| (channel, sum / weight)).collect();
         let second_sensor = experiments.iter().find_map(Experiment::second_sensor);
-        Self { blocks, inflation, second_sensor }
+        Self { blocks, inflation, second_sensor, least: Vec::new() }
     }
 
     /// G² = mean square of all normalised residuals, every signal weighing the same; `weights` count blocks.
@@ -186,8 +195,8 @@ impl Score {
     /// Log-likelihood of each block, up to a constant that all hypotheses share.
     ///
     /// # Model
-    /// Gaussian residuals whose variance per channel is that of the best hypothesis (`reference`), at least the
-    /// floor; each sample counts 1/τ, with τ the lag-summed autocorrelation of that hypothesis' residuals. The
+    /// Gaussian residuals whose variance per channel is that of the best hypothesis (`reference`), at least that of
+    /// the noise; each sample counts 1/τ, with τ the lag-summed autocorrelation of that hypothesis' residuals. The
     /// signals of one control loop are images of the same motion, so their mean counts, not their sum. What stands
     /// between two position sensors is no image of that motion: p(x₁, x₂) = p(x₁)·p(x₂ − x₁ | x₁), and it counts beside
     /// the mean of the others, in the place of the sensor that does not close the position loop.
@@ -225,11 +234,17 @@ impl Score {
         self.inflation.iter().filter_map(of).collect()
     }
 
+    /// Mean square of a signal that its noise leaves for certain.
+    pub fn least(&self, signal: Signal) -> f64 {
+        of(&self.least, Channel::Signal(signal)).unwrap_or(1.0)
+    }
+
     fn channel_deflations(&self) -> impl Fn(Channel) -> f64 + use<> {
         let levels = self.channel_levels(None);
         let inflation = self.inflation.clone();
+        let least = self.least.clone();
         move |channel| {
-            let level = of(&levels, channel).unwrap_or(1.0).max(1.0);
+            let level = of(&levels, channel).unwrap_or(1.0).max(of(&least, channel).unwrap_or(1.0));
             1.0 / (level * of(&inflation, channel).unwrap_or(1.0))
         }
     }
@@ -357,7 +372,12 @@ impl Score {
     pub(super) fn even(mean_square: f64) -> Self {
         let channel = Channel::Signal(Signal::Position);
         let block = vec![Cell { channel, squares: 50.0 * mean_square, widening: 0.0, samples: 50 }];
-        Self { blocks: vec![block; BLOCKS], inflation: vec![(channel, 1.0)], second_sensor: None }
+        Self {
+            blocks: vec![block; BLOCKS],
+            inflation: vec![(channel, 1.0)],
+            second_sensor: None,
+            least: Vec::new(),
+        }
     }
 }
 
@@ -377,7 +397,7 @@ mod tests {
             |(&channel, squares): (&Channel, f64)| Cell { channel, squares, widening: 0.0, samples: 100 };
         let block = channels.iter().zip(sums).map(cell).collect();
         let inflation = channels.iter().map(|channel| (*channel, 5.0)).collect();
-        Score { blocks: vec![block], inflation, second_sensor: Some(Signal::Position) }
+        Score { blocks: vec![block], inflation, second_sensor: Some(Signal::Position), least: Vec::new() }
     }
 
     /// ln L = −½·(mean over the loop's signals + what stands between the sensors)/τ, the motor's position in neither; G has

@@ -119,8 +119,7 @@ impl Found {
     /// The explanation that has the probability that decides, where it is not the chosen one. One that has the chosen effects and more
     /// must be worth naming: what it adds pays its price in most draws, if not in as many as a step of the search asks for.
     pub(super) fn decided(&self, before: &Score) -> Option<usize> {
-        let by_probability = |&a: &usize, &b: &usize| self.posterior[a].total_cmp(&self.posterior[b]);
-        let most = (0..self.candidates.len()).max_by(by_probability)?;
+        let most = self.most_probable();
         // What does not show has no probability of its own and gives way to whatever is most probable.
         if self.posterior[most] < self.limits.probability && self.is_resolved(self.chosen) {
             return None;
@@ -128,6 +127,11 @@ impl Found {
         let (set, own) = (self.candidates[most].effects(), self.effects());
         let is_other = most != self.chosen && !own.is_empty() && !set.is_empty();
         (is_other && self.is_sound(most) && self.is_worth_it(most, before)).then_some(most)
+    }
+
+    pub(super) fn most_probable(&self) -> usize {
+        let by_probability = |&a: &usize, &b: &usize| self.posterior[a].total_cmp(&self.posterior[b]);
+        (0..self.candidates.len()).max_by(by_probability).unwrap_or(self.chosen)
     }
 
     /// Whether what a candidate has more than the chosen explanation is worth naming, where it has all of that.
@@ -375,7 +379,7 @@ pub(super) mod tests {
         let runs_off = |value: f64| {
             let mut soft = candidate(&[COULOMB], value, 100.0);
             soft.fit.hypothesis.free[0].range = (8.0, 8e9);
-            soft.runs_off()
+            soft.unidentified().is_some()
         };
         assert_eq!([8.0, 7000.0, 8080.0, 8e9].map(runs_off), [true, false, false, true]);
     }

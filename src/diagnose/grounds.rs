@@ -12,6 +12,8 @@ pub enum Veto {
     Data,
     /// No explanation fits the reference of a comparison: what it leaves open cannot be told from a change.
     Reference,
+    /// Of the explanation that predicts best an effect is not significant, or a number is at the bound of its range.
+    Unidentified,
     /// In the rigid-body scene the explanation does not close what it closes on the reduced axis.
     RigidBody,
 }
@@ -28,10 +30,31 @@ pub struct Withheld {
 /// What the reference of a comparison came to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Before {
-    /// Whether it came to a verdict other than `unknown`.
+    /// Whether an explanation fits it, or closes its gap for the most part.
     pub is_explained: bool,
     /// G that is left of it.
     pub gap_after: f64,
+}
+
+/// Why an explanation is not identified by the training runs.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Unidentified {
+    /// An effect is not significant: the 95 % region of its numbers holds the twin's own.
+    NotSignificant {
+        /// Effect id.
+        effect: &'static str,
+    },
+    /// A number is at the bound of where a fit may look.
+    AtBound {
+        /// Effect id.
+        effect: &'static str,
+        /// The number's key.
+        number: &'static str,
+        /// Where it ended, in `unit`.
+        value: f64,
+        /// Unit of the number.
+        unit: &'static str,
+    },
 }
 
 /// What may forbid a verdict.
@@ -41,6 +64,8 @@ pub struct Grounds<'a> {
     pub checks: &'a [Finding],
     /// In a comparison, what the reference came to.
     pub reference: Option<Before>,
+    /// Why the explanation that predicts best is not identified, where it is not.
+    pub unidentified: Option<&'a Unidentified>,
     /// The proof of the explanation in the rigid-body scene, where there is one.
     pub rigid_body: Option<&'a RigidBody>,
 }
@@ -54,7 +79,8 @@ impl Grounds<'_> {
     /// What forbids the verdict that the evidence would give; the rigid-body proof counts where a verdict rests on it.
     pub fn withhold(&self, rests_on_proof: bool) -> Option<Withheld> {
         let proof = || rests_on_proof.then(|| self.failed_proof()).flatten();
-        self.faulty_data().or_else(|| self.unexplained_reference()).or_else(proof)
+        let first = self.faulty_data().or_else(|| self.unexplained_reference());
+        first.or_else(|| self.not_identified()).or_else(proof)
     }
 
     fn faulty_data(&self) -> Option<Withheld> {
@@ -63,6 +89,21 @@ impl Grounds<'_> {
             by: Veto::Data,
             reason: format!("Any explanation would be about a fault of the data. {}", first.message),
         })
+    }
+
+    fn not_identified(&self) -> Option<Withheld> {
+        let why = match *self.unidentified? {
+            Unidentified::NotSignificant { effect } => {
+                format!(
+                    "{effect} is not significant in the training runs (the 95 % region of its numbers holds the twin's own)"
+                )
+            }
+            Unidentified::AtBound { effect, number, value, unit } => {
+                format!("{number} of {effect} is at the bound of where a fit may look ({value:.3} {unit})")
+            }
+        };
+        let reason = format!("The explanation that predicts best is not identified: {why}.");
+        Some(Withheld { by: Veto::Unidentified, reason })
     }
 
     fn failed_proof(&self) -> Option<Withheld> {

@@ -374,7 +374,9 @@ impl<'a> Ready<'a> {
             is_explained: before.is_explained(),
             gap_after: before.gap_after,
         });
-        let grounds = grounds::Grounds { checks: &self.checks, reference, rigid_body };
+        let unidentified = found.candidates[found.chosen].unidentified();
+        let unidentified = unidentified.as_ref();
+        let grounds = grounds::Grounds { checks: &self.checks, reference, unidentified, rigid_body };
         decide::decide(&found.evidence(found.chosen, &self.before, floor.is_measured()), limits, &grounds)
     }
 

@@ -40,6 +40,8 @@ pub struct Floor {
     between_sensors: Option<f64>,
     /// Whether every signal's noise was seen in the recording.
     is_measured: bool,
+    /// Of a floor beside what a twin leaves anyway, the noise's own share of σ² of each signal that is raised by it.
+    shares: BTreeMap<Signal, f64>,
 }
 
 /// Noise that is only stated is known to 0.5 (logarithmic standard deviation): its power may be e^(2·1.15) = 10 times what is stated, or a
@@ -101,7 +103,13 @@ impl Floor {
             levels.insert(signal, level);
         }
         let profiles = declared.profiles(&levels);
-        Ok(Self { levels, profiles, between_sensors: repeats_between(experiments), is_measured })
+        Ok(Self {
+            levels,
+            profiles,
+            between_sensors: repeats_between(experiments),
+            is_measured,
+            shares: BTreeMap::new(),
+        })
     }
 
     /// The floor with what a twin leaves anyway, RMS of each signal in SI, as far as it is more than noise.
@@ -117,6 +125,7 @@ impl Floor {
             let noise = mean_square(profiles.iter().flat_map(|p| p.iter().copied())).unwrap_or(1.0);
             let structure = (rms * rms - noise * *level * *level).max(0.0);
             let raised = (*level * *level + structure).sqrt();
+            self.shares.insert(*signal, (*level / raised).powi(2));
             for sigma in profiles.into_iter().flatten() {
                 *sigma = ((*sigma * *level).powi(2) + structure).sqrt() / raised;
             }
@@ -221,6 +230,12 @@ impl Floor {
     /// a tenth of the power that is stated.
     pub fn is_measured(&self) -> bool {
         self.is_measured
+    }
+
+    /// Share of a signal's σ² that is noise for certain. In a comparison the rest is what the twin leaves of the reference: an explanation of this
+    /// recording may leave less.
+    pub fn noise_share(&self, signal: Signal) -> f64 {
+        self.shares.get(&signal).copied().unwrap_or(1.0)
     }
 
     /// Where a signal's σ comes from.

@@ -31,7 +31,7 @@ const ROUNDS: usize = 4;
 ///   ln p(held out | training) = −½·r'ᵀWr' − ½·ΔᵀC⁻¹Δ − ½·ln det(I + JᵀWJ·C)
 ///   Δ = −C·(I + JᵀWJ·C)⁻¹·JᵀWr,   r' = r + J·Δ
 /// ```
-/// the integral over θ of a Gaussian likelihood. W is 1/(v·τ·m) a sample: v the mean square of the signal's own r', at least 1, τ its lag-summed
+/// the integral over θ of a Gaussian likelihood. W is 1/(v·τ·m) a sample: v the mean square of the signal's own r', at least that of its noise, τ its lag-summed
 /// autocorrelation and m the number of signals, as in [`Score::log_likelihoods`]. The squares are those of a replay at θ̂ + Δ, not of the linear
 /// prediction.
 ///
@@ -84,7 +84,7 @@ fn weights(objective: &Objective, score: &Score, residuals: &DVector<f64>) -> DV
         let rows = objective.rows_of(signal);
         let count = rows.iter().map(ExactSizeIterator::len).sum::<usize>().max(1) as f64;
         let squares: f64 = rows.iter().flat_map(Clone::clone).map(|row| residuals[row].powi(2)).sum();
-        let weight = share / ((squares / count).max(1.0) * inflation);
+        let weight = share / ((squares / count).max(score.least(signal)) * inflation);
         rows.into_iter().flatten().for_each(|row| weights[row] = weight);
     }
     weights

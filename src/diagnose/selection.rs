@@ -95,6 +95,7 @@ impl Search<'_> {
             found.chosen = 0;
             found.posterior = posterior(&found, before);
         }
+        self.take_the_nearest(&mut found, before);
         Ok(found)
     }
 
@@ -204,6 +205,28 @@ impl Search<'_> {
         }
         found.posterior = posterior(found, before);
         Ok(())
+    }
+
+    /// Takes the most probable explanation where the chosen one leaves too much for a cause and is improbable: it is what comes nearest, though
+    /// no cause where an effect of it does not show or a number ran off.
+    fn take_the_nearest(&self, found: &mut Found, before: &Score) {
+        let measured = self.floors.common.is_measured();
+        // Which explanations count beside the chosen one depends on it.
+        for _ in 0..MOST_EFFECTS {
+            let own = match found.chosen {
+                0 => found.posterior[0],
+                _ => found.probability(found.effects()),
+            };
+            let nearest = found.most_probable();
+            if own >= self.limits.probability
+                || found.is_sufficient(found.chosen, before, measured)
+                || !found.candidates[nearest].thorough
+            {
+                return;
+            }
+            found.chosen = nearest;
+            found.posterior = posterior(found, before);
+        }
     }
 
     /// The candidates with these sets of effects, fitted to the end; without those that cannot be looked at.

@@ -198,9 +198,15 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Whether an explanation fits it.
+    /// Whether an explanation fits it, or what comes nearest closes its gap for the most part: what is left then is noise of the comparison.
     pub fn is_explained(&self) -> bool {
-        self.verdict != Verdict::Unknown
+        self.verdict != Verdict::Unknown || self.open_share() <= 1.0 - LARGELY_CLOSED
+    }
+
+    /// Share of its gap's power above noise that the baseline leaves open.
+    pub fn open_share(&self) -> f64 {
+        let above_noise = |gap: f64| (gap * gap - 1.0).max(0.0);
+        above_noise(self.gap_after) / above_noise(self.gap_before).max(f64::MIN_POSITIVE)
     }
 }
 

@@ -6,6 +6,7 @@ use super::number::{moved, percent, plain, ratio, twin, value, with_interval};
 use super::remains::remains;
 use super::words::{described, is_resolved, name, placed, times_noise};
 use crate::diagnose::Verdict;
+use crate::diagnose::evidence::ADEQUATE_GAP;
 use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Reference};
 use crate::units::Motion;
 
@@ -43,9 +44,14 @@ pub(super) fn had(reference: &Reference) -> String {
     let open = match reference.verdict {
         Verdict::Undecided => {
             "; its diagnosis is undecided: other explanations predict it as well, with other values before"
+                .to_owned()
         }
-        Verdict::Unknown => "; its diagnosis is unknown: no explanation fits it",
-        Verdict::NoGap | Verdict::Cause => "",
+        Verdict::Unknown if reference.is_explained() => format!(
+            "; its diagnosis is unknown: {} of its gap has no explanation and counts as noise here",
+            percent(reference.open_share())
+        ),
+        Verdict::Unknown => "; its diagnosis is unknown: no explanation fits it".to_owned(),
+        Verdict::NoGap | Verdict::Cause => String::new(),
     };
     format!("{found} (G = {before} → {after}){open}")
 }
@@ -85,13 +91,14 @@ pub(super) fn verdict(parameter: &Parameter) -> String {
 
 /// What changed as a sentence; none where the diagnosis is no comparison or its words are those of any diagnosis.
 pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> Option<String> {
-    diagnosis.reference.as_ref()?;
+    let reference = diagnosis.reference.as_ref()?;
     let gap = &diagnosis.gap;
     match diagnosis.verdict {
         Verdict::NoGap => Some(format!(
             "Nothing changed since the reference beyond tolerance: the twin of the machine as it was then predicts the \
-             unseen runs as well as it does the reference (G = {}).",
-            times_noise(gap.after)
+             unseen runs as well as it does the reference (G = {}).{}",
+            times_noise(gap.after),
+            hidden(reference)
         )),
         Verdict::Cause | Verdict::Unknown if !diagnosis.causes.is_empty() && is_found(diagnosis) => {
             let parts: Vec<String> = diagnosis.causes.iter().map(part).collect();
@@ -104,6 +111,15 @@ pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> Option<String> 
         }
         _ => None,
     }
+}
+
+/// What may have changed all the same, where the twin leaves more of the reference than noise.
+fn hidden(reference: &Reference) -> String {
+    if reference.gap_after <= ADEQUATE_GAP {
+        return String::new();
+    }
+    let left = times_noise(reference.gap_after);
+    format!(" A change that makes less than the {left} that the twin leaves of the reference does not show.")
 }
 
 fn is_found(diagnosis: &Diagnosis) -> bool {

@@ -29,7 +29,7 @@ pub(super) fn reasons(diagnosis: &Diagnosis, withheld: &Withheld) -> Vec<String>
             .take(MOST)
             .map(|sentence| sentence.text())
             .collect(),
-        Veto::Reference | Veto::RigidBody => vec![withheld.reason.clone()],
+        Veto::Reference | Veto::Unidentified | Veto::RigidBody => vec![withheld.reason.clone()],
     }
 }
 
@@ -38,6 +38,7 @@ pub(super) fn title(by: Veto) -> &'static str {
     match by {
         Veto::Data => "Fault in the data",
         Veto::Reference => "Reference not explained",
+        Veto::Unidentified => "Explanation not identified",
         Veto::RigidBody => "Not confirmed in the rigid-body scene",
     }
 }
@@ -65,6 +66,9 @@ pub(super) fn what_to_do(by: Veto) -> &'static str {
         Veto::Data => "Correct what is wrong with the data, and diagnose again.",
         Veto::Reference => {
             "Diagnose the reference by itself first and give the twin what it lacks, or take a reference that the twin explains."
+        }
+        Veto::Unidentified => {
+            "Put nothing into machine.toml: look at the machine where the gap is largest, or record longer or wider motions."
         }
         Veto::RigidBody => {
             "Put nothing into machine.toml: look at what the rigid-body scene has beyond the reduced axis (attitude, loads of the sliders), \

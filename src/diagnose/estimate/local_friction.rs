@@ -4,15 +4,18 @@ use super::{Estimate, Screen};
 use crate::effect::LocalFriction;
 use crate::guide::Local;
 
-/// Centres and widths tried along the travel, the widths as shares of it.
+/// Centres and widths tried along the travel, the widths as shares of it: a run may see no more than the top of a spot, or a flank.
 const CENTRES: usize = 25;
-const WIDTHS: [f64; 4] = [0.1, 0.2, 0.4, 0.7];
+const WIDTHS: [f64; 6] = [0.1, 0.2, 0.4, 0.7, 1.4, 3.0];
 /// Starts of a fit.
 const STARTS: usize = 3;
 /// A spot that explains less than this share of what drag, friction and mass leave of the missing force is none to start from.
 const LEAST_SHARE: f64 = 0.02;
 /// Narrower than this share of the travel no fit looks.
 const NARROWEST: f64 = 5e-3;
+/// Wider than so many times the travel no fit looks: the level changes by less than sin²(π/20), 2.5 % of the bump, over the travel then,
+/// and is that of Coulomb friction.
+const WIDEST: f64 = 10.0;
 
 impl Estimate for LocalFriction {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
@@ -20,8 +23,9 @@ impl Estimate for LocalFriction {
         let (direction, travel) = (screen.directions(), screen.travel());
         let mut found: Vec<(f64, Vec<f64>)> = Vec::new();
         for width in WIDTHS.map(|share| share * travel) {
+            let span = travel + 0.5 * width;
             for k in 0..CENTRES {
-                let centre = screen.middle() + ((k as f64 + 0.5) / CENTRES as f64 - 0.5) * travel;
+                let centre = screen.middle() + ((k as f64 + 0.5) / CENTRES as f64 - 0.5) * span;
                 let column = |k: usize| -direction[k] * Local::shape((screen.position[k] - centre) / width);
                 found.extend(beside.explain(column).map(|(force, gain)| (gain, vec![force, centre, width])));
             }
@@ -43,8 +47,7 @@ impl Estimate for LocalFriction {
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let (force, travel) = (screen.largest_force, screen.travel());
-        let half = 0.5 * travel;
-        let middle = screen.middle();
-        vec![(-force, force), (middle - half, middle + half), (NARROWEST * travel, 2.0 * travel)]
+        let (low, high) = screen.ends();
+        vec![(-force, force), (low - travel, high + travel), (NARROWEST * travel, WIDEST * travel)]
     }
 }
