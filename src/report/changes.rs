@@ -61,12 +61,14 @@ fn table(causes: &[Cause]) -> Table {
     let mut table =
         Table::new(&[("parameter", Left), ("before", Right), ("after", Right), ("change", Right)]);
     for cause in causes {
+        // What is named has changed, be each number by itself as uncertain as it may.
+        let told = cause.numbers().any(|(_, parameter)| is_resolved(parameter));
         for (key, parameter) in cause.numbers() {
             table.row(vec![
                 format!("{}.{key}", cause.effect),
                 twin(parameter),
                 with_interval(parameter),
-                verdict(parameter),
+                if told { verdict(parameter) } else { times(parameter) },
             ]);
         }
     }
@@ -75,13 +77,21 @@ fn table(causes: &[Cause]) -> Table {
 
 /// "× 0.16", "new", "gone" or "none".
 pub(super) fn verdict(parameter: &Parameter) -> String {
-    let Parameter { value, twin, ci95: [from, to], .. } = *parameter;
+    let [from, to] = parameter.ci95;
     if !is_resolved(parameter) {
         "none".to_owned()
-    } else if twin == 0.0 || !twin.is_finite() {
-        "new".to_owned()
-    } else if (from..=to).contains(&0.0) {
+    } else if parameter.twin != 0.0 && (from..=to).contains(&0.0) {
         "gone".to_owned()
+    } else {
+        times(parameter)
+    }
+}
+
+/// The value over that before.
+fn times(parameter: &Parameter) -> String {
+    let Parameter { value, twin, .. } = *parameter;
+    if twin == 0.0 || !twin.is_finite() {
+        "new".to_owned()
     } else if value * twin > 0.0 {
         format!("× {}", ratio(parameter))
     } else {

@@ -3,6 +3,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod changed_gain;
 mod check;
 mod coarse_encoder;
 mod compare;
