@@ -200,6 +200,13 @@ impl Found {
             && !self.worth_naming(index, self.chosen, before)
     }
 
+    /// Largest log-likelihood of an explanation that is identified. What is not identified has no share where it predicts no better: a number at its
+    /// bound says that something is missing beside it, and there nothing is.
+    fn identified(&self) -> f64 {
+        let sound = (0..self.candidates.len()).filter(|&k| self.is_sound(k));
+        sound.map(|k| self.likelihood(k)).fold(f64::NEG_INFINITY, f64::max)
+    }
+
     pub(super) fn best_of(&self, indices: &[usize]) -> Option<usize> {
         indices.iter().copied().max_by(|&a, &b| self.merit(a).total_cmp(&self.merit(b)))
     }
@@ -264,8 +271,12 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let candidates = &found.candidates;
     let best = reference(candidates);
     let is_borne_out = |index: usize| candidates[index].effects().is_disjoint(&found.not_borne_out);
+    let identified = found.identified();
     let stands = |index| {
-        !found.is_refinement(index, before) && !candidates[index].has_noise_line() && is_borne_out(index)
+        !found.is_refinement(index, before)
+            && !candidates[index].has_noise_line()
+            && is_borne_out(index)
+            && (found.is_resolved(index) || found.likelihood(index) > identified)
     };
     let stands: Vec<bool> = (0..candidates.len()).map(stands).collect();
     let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.log_likelihoods(best)).collect();
@@ -435,6 +446,23 @@ pub(super) mod tests {
         found.settle(&before);
         assert!(found.posterior[0] > 0.9 && found.posterior[1] == 0.0, "{:?}", found.posterior);
         assert_eq!([1, 2].map(|k| found.is_refinement(k, &before)), [true, false]);
+    }
+
+    /// An explanation with a number at its bound has no share beside one that predicts as well with all numbers inside, and has one where it predicts
+    /// better than all of these.
+    #[test]
+    fn exact_what_is_not_identified_gives_way_to_what_predicts_as_well() {
+        let shares = |left: f64| {
+            let all = vec![
+                candidate(&[], 0.0, 1e4),
+                candidate(&[COULOMB], 1.0, 1.2),
+                candidate(&[BACKLASH], 10.0, left),
+                candidate(&[COULOMB, BACKLASH], 1.0, 1.1),
+            ];
+            posterior(&found(all, 1), &Score::even(1e4))
+        };
+        assert_eq!(shares(1.1)[2], 0.0);
+        assert!(shares(1.1)[3] > 0.99 && shares(1.05)[2] > 0.99);
     }
 
     /// Of two that predict alike, a change of what the twin has is likelier than something new.

@@ -163,9 +163,24 @@ impl Search<'_> {
                 widened.insert(effects);
             }
         }
+        if !is_probable {
+            self.join_with_unidentified(found, before)?;
+        }
         let better = found.better(before);
         found.chosen = better.unwrap_or(found.chosen);
         Ok(better.is_some())
+    }
+
+    /// Looks at the chosen effects together with those of an explanation that is more probable and not identified: what drives a number of it to
+    /// its bound may be the chosen effect that is missing beside it.
+    fn join_with_unidentified(&self, found: &mut Found, before: &Score) -> Result<()> {
+        found.posterior = posterior(found, before);
+        let nearest = found.most_probable();
+        let both: EffectSet = found.effects().union(found.candidates[nearest].effects()).copied().collect();
+        if !found.is_resolved(nearest) && both.len() <= MOST_EFFECTS && found.index(&both).is_none() {
+            self.explored(found, &[both])?;
+        }
+        Ok(())
     }
 
     /// The explanations that leave least, with no more effects than the chosen one, and were not `widened` before; fitted to the end.
