@@ -56,6 +56,7 @@ mod run_setting;
 mod segments;
 pub mod selection;
 mod sensor_bias;
+mod settle;
 pub mod shape;
 mod short_travel;
 pub mod smooth;

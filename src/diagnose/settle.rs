@@ -1,0 +1,47 @@
+//! What is told where the search ends: what of an explanation is certain, and what comes nearest.
+
+use super::evidence::Score;
+use super::found::{Found, posterior};
+use super::selection::{MOST_EFFECTS, Search};
+use crate::error::Result;
+
+impl Search<'_> {
+    /// Takes what of the chosen explanation is certain, where that by itself leaves nothing that need be named, or where all of it leaves too much
+    /// for a cause: what is found in part has to be certain.
+    pub(super) fn settle_for_certain(&self, found: &mut Found, before: &Score) -> Result<()> {
+        if found.probability(found.effects()) >= self.limits.probability {
+            return Ok(());
+        }
+        let Some(certain) = found.certain(self.machine, self.limits.probability) else { return Ok(()) };
+        let Some(&index) = self.explored(found, &[certain])?.first() else { return Ok(()) };
+        let measured = self.floors.common.is_measured();
+        let is_in_part = found.is_resolved(index) && !found.is_sufficient(found.chosen, before, measured);
+        if is_in_part || found.leaves_nothing_to_name(index, before, measured) {
+            found.chosen = index;
+        }
+        found.posterior = posterior(found, before);
+        Ok(())
+    }
+
+    /// Takes the most probable explanation where the chosen one leaves too much for a cause and is improbable: it is what comes nearest, though
+    /// no cause where an effect of it does not show or a number ran off.
+    pub(super) fn take_the_nearest(&self, found: &mut Found, before: &Score) {
+        let measured = self.floors.common.is_measured();
+        // Which explanations count beside the chosen one depends on it.
+        for _ in 0..MOST_EFFECTS {
+            let own = match found.chosen {
+                0 => found.posterior[0],
+                _ => found.probability(found.effects()),
+            };
+            let nearest = found.most_probable();
+            if own >= self.limits.probability
+                || found.is_sufficient(found.chosen, before, measured)
+                || !found.candidates[nearest].thorough
+            {
+                return;
+            }
+            found.chosen = nearest;
+            found.posterior = posterior(found, before);
+        }
+    }
+}
