@@ -164,7 +164,8 @@ const RACED: usize = 2;
 fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
     let starts: Vec<Vec<f64>> =
         objective.hypothesis.starts.iter().map(|start| inside(objective.hypothesis, start)).collect();
-    if starts.len() <= DESCENTS {
+    let Hypothesis { building, further, .. } = *objective.hypothesis;
+    if starts.len() <= DESCENTS && further == 0 {
         return Ok(starts);
     }
     let residuals = objective.residuals_of(&starts)?;
@@ -176,15 +177,16 @@ fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
         objective.size(&(residuals - columns * (inverted(&normal) * gradient)))
     };
     let sizes: Vec<f64> = starts.iter().zip(&residuals).map(left).collect();
-    let mut building: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
+    let descents = DESCENTS.min(building - further);
+    let mut build: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
     // What is found was fitted, what would take its place was not: by their replays alone the one always looks better.
-    let mut replacing = building.split_off(objective.hypothesis.building);
-    for starts in [&mut building, &mut replacing] {
+    let mut replacing = build.split_off(building);
+    for starts in [&mut build, &mut replacing] {
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
-    building.truncate(DESCENTS);
-    building.extend(replacing.into_iter().take(1));
-    Ok(building.into_iter().map(|(_, start)| start).collect())
+    build.truncate(descents);
+    build.extend(replacing.into_iter().take(1));
+    Ok(build.into_iter().map(|(_, start)| start).collect())
 }
 
 /// Values inside the ranges of a hypothesis.

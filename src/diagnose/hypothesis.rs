@@ -74,6 +74,8 @@ pub struct Hypothesis {
     pub starts: Vec<Vec<f64>>,
     /// So many of these, the first ones, build on what a fit of another hypothesis left; the others put other values in its place.
     pub building: usize,
+    /// So many of those that build come from fits of further sets; they take the place of others and are no more of them.
+    pub further: usize,
     /// Effects that some starts put elsewhere than where a fit of another hypothesis left them.
     pub elsewhere: EffectSet,
 }
@@ -142,7 +144,17 @@ impl Hypothesis {
             starts.iter_mut().for_each(|set| set.push(start));
             free.push(calibration);
         }
-        Some(Self { effects: effects.clone(), free, starts, building, elsewhere })
+        Some(Self { effects: effects.clone(), free, starts, building, further: 0, elsewhere })
+    }
+
+    /// One more start that builds on what a fit of another hypothesis left, where it has these numbers and is none of those there are.
+    pub fn begin_also(&mut self, start: Option<Vec<f64>>) {
+        let is_new = |start: &Vec<f64>| start.len() == self.free.len() && !self.starts.contains(start);
+        if let Some(start) = start.filter(is_new) {
+            self.starts.insert(self.building, start);
+            self.building += 1;
+            self.further += 1;
+        }
     }
 
     /// Negative logarithm of the calibration's prior: half the sum of the squares of its deviations in standard deviations.

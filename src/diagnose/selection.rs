@@ -253,7 +253,7 @@ impl Search<'_> {
         let base = &found.bases[&from];
         let known = &found.candidates[from].fit;
         let hypotheses: Vec<Hypothesis> =
-            fresh.into_iter().filter_map(|set| self.hypothesis(set, base, known)).collect();
+            fresh.into_iter().filter_map(|set| self.hypothesis(set, base, known, found)).collect();
         let rough = Care::Rough(&base.sensitivities);
         let is_open = |hypothesis: &&Hypothesis| self.hopeless(&hypothesis.effects).is_none();
         (self.progress)(Progress::Asked(hypotheses.iter().filter(is_open).count()));
@@ -270,11 +270,20 @@ impl Search<'_> {
         Ok(indices)
     }
 
-    fn hypothesis(&self, set: &EffectSet, base: &Base, known: &Fit) -> Option<Hypothesis> {
+    /// A hypothesis that begins where a known fit left its numbers, and where those of other sets of one effect less left theirs: what is missing
+    /// beside one effect may hide from the screening of the others where their fits by themselves have found it.
+    fn hypothesis(&self, set: &EffectSet, base: &Base, known: &Fit, found: &Found) -> Option<Hypothesis> {
         let earlier = self.earlier.and_then(|found| found.index(set).map(|k| &found.candidates[k].fit));
-        let fits: Vec<(&Hypothesis, &[f64])> =
-            earlier.into_iter().chain([known]).map(|fit| (&fit.hypothesis, fit.values.as_slice())).collect();
-        Hypothesis::new(self.machine, set, &base.proposals, &fits)
+        let begun = |first: Option<&Fit>| {
+            let fits = first.into_iter().chain([known]).map(|fit| (&fit.hypothesis, fit.values.as_slice()));
+            Hypothesis::new(self.machine, set, &base.proposals, &fits.collect::<Vec<_>>())
+        };
+        let mut hypothesis = begun(earlier)?;
+        let parents = set.iter().filter_map(|effect| found.index(&self.without(set, [*effect])));
+        for parent in parents.map(|k| &found.candidates[k].fit).filter(|fit| !fit.values.is_empty()) {
+            hypothesis.begin_also(begun(Some(parent)).into_iter().flat_map(|other| other.starts).next());
+        }
+        Some(hypothesis)
     }
 
     /// Fits to the end whatever has more than this share of the posterior: only what has converged is compared.
