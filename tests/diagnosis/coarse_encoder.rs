@@ -2,11 +2,12 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use crate::support::strokes::{Cell, Strokes};
-use crate::support::told::{model, with};
+use crate::support::told::{model, names, show, with};
 use slideway::diagnose::check::Check;
 use slideway::diagnose::experiment::Experiment;
 use slideway::diagnose::noise::Floor;
 use slideway::diagnose::{Diagnosis, Options, Verdict, diagnose};
+use slideway::effect::EffectId;
 use slideway::machine::Machine;
 use slideway::recording::{Recording, Role, Run, Signal};
 
@@ -95,4 +96,33 @@ fn exact_a_limit_cycle_at_rest_is_not_the_noise_of_the_motion() {
     let floor = Floor::estimate(&machine, &experiments.iter().collect::<Vec<_>>()).unwrap();
     let (sigma, step) = (floor.sigma(Signal::Position), 5e-8);
     assert!((sigma / (step / 12.0_f64.sqrt()) - 1.0).abs() < 0.1, "{sigma}");
+}
+
+/// Beside coarse steps the screening does not see another winding: its own fit without them does.
+#[test]
+fn ref_a_coarse_encoder_and_another_winding_are_both_named() {
+    let stated = model("grinder");
+    let hidden = [
+        ("effect.encoder_resolution.resolution_m", 1e-5),
+        ("effect.winding_resistance.resistance_ohm", 1.44),
+    ];
+    let cells = [
+        (0.03, 4.0, Role::Training),
+        (0.05, 12.0, Role::Training),
+        (0.04, 16.0, Role::Training),
+        (0.045, 8.0, Role::HeldOut),
+    ];
+    let recording = Strokes::both_ways(&stated, &with(&stated, &hidden), 7).recording(&cells);
+    let catalogue = [
+        EffectId::EncoderResolution,
+        EffectId::WindingResistance,
+        EffectId::BackEmf,
+        EffectId::ForceConstant,
+        EffectId::ViscousFriction,
+        EffectId::CoulombFriction,
+        EffectId::LoopDelay,
+    ];
+    let d = diagnose(&stated, &recording, &Options { catalogue: &catalogue, ..Options::default() }).unwrap();
+    show(&d);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["encoder_resolution", "winding_resistance"]));
 }

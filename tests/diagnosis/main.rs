@@ -26,3 +26,4 @@ mod stretches;
 mod torque_drive;
 mod two_sensors;
 mod vibration;
+mod wide_spot;

@@ -1,0 +1,45 @@
+//! Friction of a place that is wider than the motion: runs see no more of it than its top.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
+
+use crate::support::strokes::{Cell, Strokes};
+use crate::support::told::{model, names, show, with};
+use slideway::diagnose::{Options, Verdict, diagnose};
+use slideway::effect::EffectId;
+use slideway::recording::Role;
+
+/// A spot that runs easier, 200 mm wide.
+const FORCE: (&str, f64) = ("effect.local_friction.force_n", -20.0);
+const CENTRE: (&str, f64) = ("effect.local_friction.centre_m", 0.01);
+const WIDTH: (&str, f64) = ("effect.local_friction.width_m", 0.2);
+const STATED: [(&str, f64); 1] = [("effect.coulomb_friction.force_n", 60.0)];
+/// Strokes of 50 mm at most, a quarter of the width.
+const CELLS: [Cell; 4] = [
+    (0.03, 4.0, Role::Training),
+    (0.05, 12.0, Role::Training),
+    (0.04, 16.0, Role::Training),
+    (0.045, 8.0, Role::HeldOut),
+];
+const CATALOGUE: [EffectId; 8] = [
+    EffectId::LocalFriction,
+    EffectId::CoulombFriction,
+    EffectId::ViscousFriction,
+    EffectId::AsymmetricFriction,
+    EffectId::ConstantForce,
+    EffectId::CableSpring,
+    EffectId::Cogging,
+    EffectId::EncoderScale,
+];
+
+#[test]
+fn ref_a_spot_wider_than_the_motion_is_named() {
+    let stated = with(&model("grinder"), &STATED);
+    let real = with(&stated, &[FORCE, CENTRE, WIDTH]);
+    let recording = Strokes::both_ways(&stated, &real, 5).recording(&CELLS);
+    let d = diagnose(&stated, &recording, &Options { catalogue: &CATALOGUE, ..Options::default() }).unwrap();
+    show(&d);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["local_friction"]));
+    for (path, truth) in [FORCE, CENTRE, WIDTH] {
+        let found = &d.causes[0].parameters[path.rsplit('.').next().unwrap()];
+        assert!((found.value / truth - 1.0).abs() < 0.05, "{path}: {found:?}, hidden {truth}");
+    }
+}
