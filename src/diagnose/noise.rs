@@ -425,6 +425,7 @@ mod tests {
             profiles: BTreeMap::from([(channel.clone(), vec![1.0, 1.0, 2.0, 2.0])]),
             between_sensors: None,
             is_measured: false,
+            shares: BTreeMap::new(),
         };
         // The mean of the variances is 22.5.
         let same = floor.clone().beside(&BTreeMap::from([(Signal::Position, 4.7), (Signal::Velocity, 1.0)]));
