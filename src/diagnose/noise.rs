@@ -125,7 +125,9 @@ impl Floor {
             let noise = mean_square(profiles.iter().flat_map(|p| p.iter().copied())).unwrap_or(1.0);
             let structure = (rms * rms - noise * *level * *level).max(0.0);
             let raised = (*level * *level + structure).sqrt();
-            self.shares.insert(*signal, (*level / raised).powi(2));
+            if structure > 0.0 {
+                self.shares.insert(*signal, (*level / raised).powi(2));
+            }
             for sigma in profiles.into_iter().flatten() {
                 *sigma = ((*sigma * *level).powi(2) + structure).sqrt() / raised;
             }
@@ -431,6 +433,8 @@ mod tests {
         let same = floor.clone().beside(&BTreeMap::from([(Signal::Position, 4.7), (Signal::Velocity, 1.0)]));
         assert_eq!(same, floor);
         let raised = floor.beside(&BTreeMap::from([(Signal::Position, 8.0)]));
+        assert!((raised.noise_share(Signal::Position) - 9.0 / 50.5).abs() < 1e-12);
+        assert_eq!([same.noise_share(Signal::Position), raised.noise_share(Signal::Velocity)], [1.0; 2]);
         let sigma: Vec<f64> =
             raised.profiles[&channel].iter().map(|p| p * raised.sigma(Signal::Position)).collect();
         for (sigma, own) in sigma.iter().zip([9.0, 9.0, 36.0, 36.0_f64]) {
