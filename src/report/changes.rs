@@ -61,14 +61,12 @@ fn table(causes: &[Cause]) -> Table {
     let mut table =
         Table::new(&[("parameter", Left), ("before", Right), ("after", Right), ("change", Right)]);
     for cause in causes {
-        // What is named has changed, be each number by itself as uncertain as it may.
-        let told = cause.numbers().any(|(_, parameter)| is_resolved(parameter));
         for (key, parameter) in cause.numbers() {
             table.row(vec![
                 format!("{}.{key}", cause.effect),
                 twin(parameter),
                 with_interval(parameter),
-                if told { verdict(parameter) } else { times(parameter) },
+                verdict(parameter),
             ]);
         }
     }
