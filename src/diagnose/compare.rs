@@ -72,6 +72,7 @@ impl Baseline {
         let mut baseline = last.improved(machine)?;
         let mut known = Reference {
             verdict: last.verdict,
+            withheld: last.withheld.as_ref().map(|withheld| withheld.by),
             causes: last.causes.clone(),
             gap_before: last.gap.before,
             gap_after: last.gap.after,

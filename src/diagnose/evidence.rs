@@ -412,6 +412,21 @@ mod tests {
         assert!((score([300.0, 100.0, 200.0, 900.0]).mean_square() - 2.0).abs() < 1e-12);
     }
 
+    /// Residuals that are half a floor of which a sixteenth of the variance is noise are weighed by what they are; those of a floor that is all noise by
+    /// the floor.
+    #[test]
+    fn exact_a_floor_that_is_no_noise_is_no_bound_from_below() {
+        let gain = |least: f64| {
+            let of = |mean_square: f64| Score {
+                least: vec![(Channel::Signal(Signal::Position), least)],
+                ..Score::even(mean_square)
+            };
+            of(0.25).log_likelihoods(&of(0.25))[0] - of(0.5).log_likelihoods(&of(0.25))[0]
+        };
+        assert!((gain(1.0) - 0.5 * 50.0 * 0.25).abs() < 1e-12);
+        assert!((gain(1.0 / 16.0) - 0.5 * 50.0 * 0.25 / 0.25).abs() < 1e-12);
+    }
+
     /// A wider noise of its own costs ln(σ/σ₀) a sample; with what it takes off the squares, it pays where these are more than
     /// σ₀²·2·ln(σ/σ₀)/(1 − (σ₀/σ)²).
     #[test]

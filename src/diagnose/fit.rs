@@ -164,8 +164,8 @@ const RACED: usize = 2;
 fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
     let starts: Vec<Vec<f64>> =
         objective.hypothesis.starts.iter().map(|start| inside(objective.hypothesis, start)).collect();
-    let Hypothesis { building, further, .. } = *objective.hypothesis;
-    if starts.len() <= DESCENTS && further == 0 {
+    let Hypothesis { building, inherited, .. } = *objective.hypothesis;
+    if starts.len() <= DESCENTS && inherited == 0 {
         return Ok(starts);
     }
     let residuals = objective.residuals_of(&starts)?;
@@ -177,7 +177,7 @@ fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
         objective.size(&(residuals - columns * (inverted(&normal) * gradient)))
     };
     let sizes: Vec<f64> = starts.iter().zip(&residuals).map(left).collect();
-    let descents = DESCENTS.min(building - further);
+    let descents = DESCENTS.min(building - inherited);
     let mut build: Vec<(f64, Vec<f64>)> = sizes.into_iter().zip(starts).collect();
     // What is found was fitted, what would take its place was not: by their replays alone the one always looks better.
     let mut replacing = build.split_off(building);

@@ -335,7 +335,7 @@ pub(super) mod tests {
                 free,
                 starts: vec![],
                 building: 0,
-                further: 0,
+                inherited: 0,
                 elsewhere: EffectSet::new(),
             },
         };

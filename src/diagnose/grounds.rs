@@ -99,7 +99,7 @@ impl Grounds<'_> {
                 )
             }
             Unidentified::AtBound { effect, number, value, unit } => {
-                format!("{number} of {effect} is at the bound of where a fit may look ({value:.3} {unit})")
+                format!("{number} of {effect} is at the bound of where a fit may look ({value:.3e} {unit})")
             }
         };
         let reason = format!("The explanation that predicts best is not identified: {why}.");

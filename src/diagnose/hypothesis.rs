@@ -74,8 +74,8 @@ pub struct Hypothesis {
     pub starts: Vec<Vec<f64>>,
     /// So many of these, the first ones, build on what a fit of another hypothesis left; the others put other values in its place.
     pub building: usize,
-    /// So many of those that build come from fits of further sets; they take the place of others and are no more of them.
-    pub further: usize,
+    /// So many of those that build, the last ones, come from fits of other subsets. They are no reason to descend from more starts.
+    pub inherited: usize,
     /// Effects that some starts put elsewhere than where a fit of another hypothesis left them.
     pub elsewhere: EffectSet,
 }
@@ -144,16 +144,16 @@ impl Hypothesis {
             starts.iter_mut().for_each(|set| set.push(start));
             free.push(calibration);
         }
-        Some(Self { effects: effects.clone(), free, starts, building, further: 0, elsewhere })
+        Some(Self { effects: effects.clone(), free, starts, building, inherited: 0, elsewhere })
     }
 
-    /// One more start that builds on what a fit of another hypothesis left, where it has these numbers and is none of those there are.
-    pub fn begin_also(&mut self, start: Option<Vec<f64>>) {
+    /// Takes over the first start of the same hypothesis that builds on another fit, where it has the same numbers and is not there yet.
+    pub fn inherit(&mut self, other: Self) {
         let is_new = |start: &Vec<f64>| start.len() == self.free.len() && !self.starts.contains(start);
-        if let Some(start) = start.filter(is_new) {
+        if let Some(start) = other.starts.into_iter().next().filter(is_new) {
             self.starts.insert(self.building, start);
             self.building += 1;
-            self.further += 1;
+            self.inherited += 1;
         }
     }
 

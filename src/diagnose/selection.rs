@@ -95,7 +95,7 @@ impl Search<'_> {
             found.chosen = 0;
             found.posterior = posterior(&found, before);
         }
-        self.take_the_nearest(&mut found, before);
+        self.take_most_probable(&mut found, before);
         Ok(found)
     }
 
@@ -175,9 +175,9 @@ impl Search<'_> {
     /// its bound may be the chosen effect that is missing beside it.
     fn join_with_unidentified(&self, found: &mut Found, before: &Score) -> Result<()> {
         found.posterior = posterior(found, before);
-        let nearest = found.most_probable();
-        let both: EffectSet = found.effects().union(found.candidates[nearest].effects()).copied().collect();
-        if !found.is_resolved(nearest) && both.len() <= MOST_EFFECTS && found.index(&both).is_none() {
+        let most = found.most_probable();
+        let both: EffectSet = found.effects().union(found.candidates[most].effects()).copied().collect();
+        if !found.is_resolved(most) && both.len() <= MOST_EFFECTS && found.index(&both).is_none() {
             self.explored(found, &[both])?;
         }
         Ok(())
@@ -270,8 +270,8 @@ impl Search<'_> {
         Ok(indices)
     }
 
-    /// A hypothesis that begins where a known fit left its numbers, and where those of other sets of one effect less left theirs: what is missing
-    /// beside one effect may hide from the screening of the others where their fits by themselves have found it.
+    /// A hypothesis that begins where a known fit left its numbers, and where fits of the other subsets with one effect less left theirs: beside
+    /// the known effects the screening may not see what the fit of such a subset has found.
     fn hypothesis(&self, set: &EffectSet, base: &Base, known: &Fit, found: &Found) -> Option<Hypothesis> {
         let earlier = self.earlier.and_then(|found| found.index(set).map(|k| &found.candidates[k].fit));
         let begun = |first: Option<&Fit>| {
@@ -279,9 +279,9 @@ impl Search<'_> {
             Hypothesis::new(self.machine, set, &base.proposals, &fits.collect::<Vec<_>>())
         };
         let mut hypothesis = begun(earlier)?;
-        let parents = set.iter().filter_map(|effect| found.index(&self.without(set, [*effect])));
-        for parent in parents.map(|k| &found.candidates[k].fit).filter(|fit| !fit.values.is_empty()) {
-            hypothesis.begin_also(begun(Some(parent)).into_iter().flat_map(|other| other.starts).next());
+        let subsets = set.iter().filter_map(|effect| found.index(&self.without(set, [*effect])));
+        for k in subsets {
+            begun(Some(&found.candidates[k].fit)).into_iter().for_each(|other| hypothesis.inherit(other));
         }
         Some(hypothesis)
     }

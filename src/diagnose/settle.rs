@@ -1,4 +1,4 @@
-//! What is told where the search ends: what of an explanation is certain, and what comes nearest.
+//! Which explanation is told where the search ends: what of the chosen one is certain, or the most probable one.
 
 use super::evidence::Score;
 use super::found::{Found, posterior};
@@ -23,9 +23,9 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Takes the most probable explanation where the chosen one leaves too much for a cause and is improbable: it is what comes nearest, though
-    /// no cause where an effect of it does not show or a number ran off.
-    pub(super) fn take_the_nearest(&self, found: &mut Found, before: &Score) {
+    /// Takes the most probable explanation where the chosen one leaves too much for a cause and is improbable. No verdict rests on
+    /// it where the training runs do not identify it (see [`Unidentified`](super::grounds::Unidentified)).
+    pub(super) fn take_most_probable(&self, found: &mut Found, before: &Score) {
         let measured = self.floors.common.is_measured();
         // Which explanations count beside the chosen one depends on it.
         for _ in 0..MOST_EFFECTS {
@@ -33,14 +33,14 @@ impl Search<'_> {
                 0 => found.posterior[0],
                 _ => found.probability(found.effects()),
             };
-            let nearest = found.most_probable();
+            let most = found.most_probable();
             if own >= self.limits.probability
                 || found.is_sufficient(found.chosen, before, measured)
-                || !found.candidates[nearest].thorough
+                || !found.candidates[most].thorough
             {
                 return;
             }
-            found.chosen = nearest;
+            found.chosen = most;
             found.posterior = posterior(found, before);
         }
     }

@@ -3,7 +3,7 @@
 pub use super::cause::{Cause, Harmonic};
 use super::check::Finding;
 pub use super::decide::{Limits, Verdict};
-pub use super::grounds::Withheld;
+pub use super::grounds::{Veto, Withheld};
 pub use super::parameter::Parameter;
 pub use super::phase::RunPhase;
 pub use super::place::{Band, Share, Where};
@@ -185,6 +185,9 @@ pub struct Data {
 pub struct Reference {
     /// What the reference came to, against the machine file: `unknown` where no pass of its diagnosis explains it.
     pub verdict: Verdict,
+    /// What forbade its verdict, where something did.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub withheld: Option<Veto>,
     /// What the machine had when the reference was recorded; `twin` is what the machine file has.
     pub causes: Vec<Cause>,
     /// G of the machine file's twin on the reference's held-out runs.
@@ -198,9 +201,11 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Whether an explanation fits it, or what comes nearest closes its gap for the most part: what is left then is noise of the comparison.
+    /// Whether an explanation fits it, or closes its gap for the most part, identified or not: what is left then is noise of the comparison.
+    /// None does where its data are faulty, or in the rigid-body scene it fails.
     pub fn is_explained(&self) -> bool {
-        self.verdict != Verdict::Unknown || self.open_share() <= 1.0 - LARGELY_CLOSED
+        let may_be = matches!(self.withheld, None | Some(Veto::Unidentified));
+        self.verdict != Verdict::Unknown || may_be && self.open_share() <= 1.0 - LARGELY_CLOSED
     }
 
     /// Share of its gap's power above noise that the baseline leaves open.

@@ -75,21 +75,13 @@ fn table(causes: &[Cause]) -> Table {
 
 /// "× 0.16", "new", "gone" or "none".
 pub(super) fn verdict(parameter: &Parameter) -> String {
-    let [from, to] = parameter.ci95;
+    let Parameter { value, twin, ci95: [from, to], .. } = *parameter;
     if !is_resolved(parameter) {
         "none".to_owned()
-    } else if parameter.twin != 0.0 && (from..=to).contains(&0.0) {
-        "gone".to_owned()
-    } else {
-        times(parameter)
-    }
-}
-
-/// The value over that before.
-fn times(parameter: &Parameter) -> String {
-    let Parameter { value, twin, .. } = *parameter;
-    if twin == 0.0 || !twin.is_finite() {
+    } else if twin == 0.0 || !twin.is_finite() {
         "new".to_owned()
+    } else if (from..=to).contains(&0.0) {
+        "gone".to_owned()
     } else if value * twin > 0.0 {
         format!("× {}", ratio(parameter))
     } else {
@@ -106,7 +98,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> Option<String> 
             "Nothing changed since the reference beyond tolerance: the twin of the machine as it was then predicts the \
              unseen runs as well as it does the reference (G = {}).{}",
             times_noise(gap.after),
-            hidden(reference)
+            undetectable(reference)
         )),
         Verdict::Cause | Verdict::Unknown if !diagnosis.causes.is_empty() && is_found(diagnosis) => {
             let parts: Vec<String> = diagnosis.causes.iter().map(part).collect();
@@ -122,7 +114,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> Option<String> 
 }
 
 /// What may have changed all the same, where the twin leaves more of the reference than noise.
-fn hidden(reference: &Reference) -> String {
+fn undetectable(reference: &Reference) -> String {
     if reference.gap_after <= ADEQUATE_GAP {
         return String::new();
     }

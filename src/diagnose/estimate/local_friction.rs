@@ -13,8 +13,8 @@ const STARTS: usize = 3;
 const LEAST_SHARE: f64 = 0.02;
 /// Narrower than this share of the travel no fit looks.
 const NARROWEST: f64 = 5e-3;
-/// Wider than so many times the travel no fit looks: the level changes by less than sin²(π/20), 2.5 % of the bump, over the travel then,
-/// and is that of Coulomb friction.
+/// Wider than so many times the travel no fit looks: over the travel a bump in its middle changes by sin²(π/20) then, 2.5 % of itself, and
+/// is Coulomb friction.
 const WIDEST: f64 = 10.0;
 
 impl Estimate for LocalFriction {
@@ -48,6 +48,7 @@ impl Estimate for LocalFriction {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let (force, travel) = (screen.largest_force, screen.travel());
         let (low, high) = screen.ends();
+        // With a centre farther off the level changes about linearly along the travel: centre and width are not told apart.
         vec![(-force, force), (low - travel, high + travel), (NARROWEST * travel, WIDEST * travel)]
     }
 }

@@ -210,7 +210,7 @@ mod tests {
             free: vec![],
             starts: vec![],
             building: 0,
-            further: 0,
+            inherited: 0,
             elsewhere: EffectSet::new(),
         };
         let truth = Fit {
