@@ -25,9 +25,6 @@ const DIFFERENCE: f64 = 1e-6;
 /// structurally wrong (a reversal, a jump of the command) must not set its constants. White noise stays untouched.
 const GUARD: f64 = 3.0;
 
-/// Median absolute value of a normal variable to its standard deviation.
-const MEDIAN_TO_SIGMA: f64 = 1.4826;
-
 /// Variance of what a hypothesis does not describe, S², in units of each signal's noise variance.
 pub(super) type Undescribed = BTreeMap<Signal, f64>;
 
@@ -252,9 +249,11 @@ impl<'a> Objective<'a> {
     ///
     /// # Model
     /// What is left of a signal is noise, of variance p² (its profile over time), and what the hypothesis does not
-    /// describe, of variance S² (from the median of the residuals, the same at all times); all in units of the
-    /// signal's noise level. Each sample weighs by the inverse of both together, times Huber's weight beyond
-    /// [`GUARD`] standard deviations, so that no signal drowns the others.
+    /// describe, of variance S² (the same at all times); all in units of the signal's noise level. The scale of both is that of
+    /// Huber's proposal 2: residuals cut at [`GUARD`] standard deviations have the mean square of normal ones that are cut there.
+    /// What is missed for more than a ninth (1/`GUARD`²) of the time is part of the scale. The median of the residuals would take
+    /// the twin to be right for half of the time, and such a fit follows that half. Each sample weighs by the inverse of both
+    /// together, times Huber's weight beyond [`GUARD`] standard deviations, so that no signal drowns the others.
     pub(super) fn weights(&self, residuals: &DVector<f64>) -> DVector<f64> {
         self.weights_beside(&self.undescribed(residuals), residuals)
     }
@@ -263,13 +262,7 @@ impl<'a> Objective<'a> {
     pub(super) fn undescribed(&self, residuals: &DVector<f64>) -> Undescribed {
         let variance = |rows: &Vec<Rows>| {
             let levelled = rows.iter().flat_map(|part| part.levelled(residuals));
-            let mut sizes: Vec<f64> = levelled.map(|(_, e, _)| e.abs()).collect();
-            if sizes.is_empty() {
-                return 0.0;
-            }
-            let middle = sizes.len() / 2;
-            let median = *sizes.select_nth_unstable_by(middle, f64::total_cmp).1;
-            ((MEDIAN_TO_SIGMA * median).powi(2) - 1.0).max(0.0)
+            (robust_variance(&levelled.map(|(_, e, _)| e * e).collect::<Vec<f64>>()) - 1.0).max(0.0)
         };
         self.signal_rows().iter().map(|(&signal, rows)| (signal, variance(rows))).collect()
     }
@@ -325,6 +318,33 @@ impl<'a> Objective<'a> {
     }
 }
 
+/// Mean of z², at most [`GUARD`]², of a standard normal variable z: `2Φ(g) − 1 − 2g·φ(g) + 2g²·(1 − Φ(g))`.
+const GUARDED_SQUARE: f64 = 0.995_007;
+/// A scale is known when a round changes it by less than this share.
+const SETTLED: f64 = 1e-3;
+/// Rounds at most: each cuts deeper, and one changes the scale by less than the one before.
+const MOST_ROUNDS: usize = 50;
+
+/// Variance of residuals with these squares, few of which may be anything: T² with `mean(min(e², (g·T)²)) = c·T²`, c the same of
+/// a normal variable; 0 of none.
+///
+/// # Source
+/// Huber (1981), *Robust Statistics*, section 6.4, proposal 2.
+fn robust_variance(squares: &[f64]) -> f64 {
+    let count = squares.len().max(1) as f64;
+    let mut variance = squares.iter().sum::<f64>() / count;
+    for _ in 0..MOST_ROUNDS {
+        let most = GUARD * GUARD * variance;
+        let cut = squares.iter().map(|square| square.min(most)).sum::<f64>() / (count * GUARDED_SQUARE);
+        let settled = (variance - cut).abs() <= SETTLED * variance;
+        variance = cut;
+        if settled {
+            break;
+        }
+    }
+    variance
+}
+
 /// Where one signal of one run stands among the residuals, and its noise profile.
 struct Rows<'a> {
     offset: usize,
@@ -340,5 +360,27 @@ impl Rows<'_> {
             let profile = self.profile.map_or(1.0, |profile| profile[k * self.stride]);
             (self.offset + k, residuals[self.offset + k] * profile, profile)
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of normal residuals it is the variance. A fiftieth of jumps hardly counts; a fifth is no short moment, and is the scale.
+    #[test]
+    fn exact_robust_variance() {
+        assert_eq!(robust_variance(&[]), 0.0);
+        let normal = statrs::distribution::Normal::standard();
+        let quantiles = (0..10_000).map(|k| (f64::from(k) + 0.5) / 10_000.0);
+        let squares: Vec<f64> =
+            quantiles.map(|q| statrs::distribution::ContinuousCDF::inverse_cdf(&normal, q).powi(2)).collect();
+        assert!((robust_variance(&squares) - 1.0).abs() < 3e-3, "{}", robust_variance(&squares));
+        // Of ones and a share w of jumps: T² = (1 − w)/(c − 9·w) where that is positive and small, else all of them.
+        let beside = |jumps: usize| [vec![1.0; 1000 - jumps], vec![1e6; jumps]].concat();
+        let few = robust_variance(&beside(20));
+        assert!((few / (0.98 / (GUARDED_SQUARE - 9.0 * 0.02)) - 1.0).abs() < 1e-2, "{few}");
+        let many = robust_variance(&beside(200));
+        assert!((many / (0.2e6 / GUARDED_SQUARE) - 1.0).abs() < 1e-2, "{many}");
     }
 }
