@@ -29,7 +29,7 @@ impl Search<'_> {
     ///   u = (dᵀWd − cᵀ(JᵀWJ + P)⁻¹c)/dᵀWd,   c = JᵀWd,   J: of b and of all others but a
     /// ```
     /// Where u is no more than the share that may stay open, b can do what a does, near the fit. So a goes to nothing in steps, and b and all others
-    /// follow by least squares (continuation). A fit of b that begins elsewhere may end in another minimum, and evidence would be of
+    /// follow: each step goes along the tangent (Euler predictor), and least squares correct it. A fit of b that begins elsewhere may end in another minimum, and evidence would be of
     /// the minima: behind a wrong scale of the encoder a pitch has another length than beside the payload that is its equal.
     ///
     /// # Validity
@@ -118,10 +118,10 @@ impl Search<'_> {
         let mut values = begun.clone();
         for step in 1..=STEPS {
             let share = 1.0 - step as f64 / STEPS as f64;
-            for &k in &own {
-                values[k] = both.free[k].neutral + share * (begun[k] - both.free[k].neutral);
-            }
-            values = descend(&self.objective(&both), values, Care::Thorough, FOLLOWING)?.values;
+            let moved =
+                own.iter().map(|&k| (k, both.free[k].neutral + share * (begun[k] - both.free[k].neutral)));
+            let predicted = predicted(&self.objective(&both), &values, &moved.collect::<Vec<_>>())?;
+            values = descend(&self.objective(&both), predicted, Care::Thorough, FOLLOWING)?.values;
         }
         let set: EffectSet = both.effects.iter().copied().filter(|effect| *effect != gone).collect();
         let Some(hypothesis) = Hypothesis::new(self.machine, &set, &base.proposals, &[(&both, &values)])
@@ -151,6 +151,33 @@ impl Search<'_> {
     fn objective<'a>(&'a self, hypothesis: &'a Hypothesis) -> Objective<'a> {
         Objective::new(self.machine, hypothesis, self.training.runs(), &self.floors.common)
     }
+}
+
+/// Values of which some moved to given places and the others followed to first order, as far as their ranges go.
+fn predicted(objective: &Objective, values: &[f64], moved: &[(usize, f64)]) -> Result<Vec<f64>> {
+    let free = &objective.hypothesis.free;
+    let residuals = objective.residuals(values)?;
+    let weights = objective.weights(&residuals);
+    // What is held has no column: it is the others' by hand.
+    let mut loose = objective.hypothesis.clone();
+    moved.iter().for_each(|(k, _)| loose.free[*k].held = false);
+    let with_moved = Objective { hypothesis: &loose, ..*objective };
+    let mut columns = with_moved.jacobian(values, &residuals, None)?;
+    let mut change = DVector::zeros(residuals.len());
+    for &(k, to) in moved {
+        change.axpy((to - values[k]) / free[k].scale, &columns.column(k), 1.0);
+        columns.column_mut(k).fill(0.0);
+    }
+    let (normal, taken) = projected(objective, &columns, &change, &weights, values);
+    let follow = inverted(&normal) * taken;
+    let mut predicted: Vec<f64> = values
+        .iter()
+        .zip(free)
+        .zip(follow.iter())
+        .map(|((value, free), step)| (value - step * free.scale).clamp(free.range.0, free.range.1))
+        .collect();
+    moved.iter().for_each(|&(k, to)| predicted[k] = to);
+    Ok(predicted)
 }
 
 /// Normal matrix of columns with the prior, and what the columns have of a change.
