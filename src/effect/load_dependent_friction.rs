@@ -1,10 +1,13 @@
 //! Friction in proportion to what the sliders carry or the transmission transmits.
 
-use super::law::{NOTHING_TO_CHANGE, negative};
+use super::law::{NOTHING_TO_CHANGE, outside};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
 use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
+
+/// Largest μ: from 1 on a transmission would hold any load by itself, and a guide carry its table up a wall.
+pub const HIGHEST: f64 = 0.99;
 
 /// Dry friction proportional to the loads of the four bearing sliders, or, on a machine without them, to what its transmission
 /// transmits.
@@ -13,12 +16,15 @@ use serde::{Deserialize, Serialize};
 /// `F = −μ·N·sgn(v)`, sticking below that at rest. N is one of
 /// - `Σ|N_i|` over the sliders A–D, with the loads of the rigid-body scene: weight, and the couple of motor force and
 ///   friction at their lines of action;
-/// - `|F_t|`, the effort through the [`Transmission`](crate::drive::transmission::Transmission), in N or N·m at the joint.
+/// - the effort that comes into the [`Transmission`](crate::drive::transmission::Transmission), in N or N·m at the joint: at the
+///   motor's side while that drives, at the load's side while the load drives it back. 1 − μ is then the efficiency, both ways:
+///   `F_out = (1 − μ)·F_in`. It enters through the closed form of [`Transmitted`](crate::plant::Transmitted).
 ///
 /// # Validity
 /// Sliders: while every one stays pressed down and the carried mass does not change, Σ|N_i| is the weight: it is then exactly
 /// Coulomb friction. They part when a slider lifts under acceleration, or between runs with different payload.
-/// Transmission: driven forward and backward alike, as in gearboxes of good efficiency; μ < 1, from 1 on it would lock itself.
+/// Transmission: one efficiency both ways; μ of 0.99 at most, from 1 on it would hold any load by itself. What the sensor shows is the load's
+/// side; the guide's other friction is left aside in what comes in.
 ///
 /// # Prior
 /// μ of 0.002 to 0.02 on sliders, log-uniform: rolling guides, from balls to rollers with preload and seals. Of a transmission
@@ -26,25 +32,25 @@ use serde::{Deserialize, Serialize};
 /// catalogues of planetary, worm and servo gearboxes.
 ///
 /// # Source
-/// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports). On gears: Duclusaud et al., *Extended
-/// friction models for the physics simulation of servo actuators*, ICRA 2025, eq. of their model M3 with `|τ_motor − τ_load|`
-/// for the transmitted torque.
+/// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports). On gears: efficiency: any text on
+/// machine elements. Duclusaud et al., *Extended friction models for the physics simulation of servo actuators*, ICRA 2025, take
+/// `|τ_motor − τ_load|` in their model M3, the sum of what comes in and what goes out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadDependentFriction {
-    /// μ; not negative.
+    /// μ; 0 to 0.99.
     pub coefficient: f64,
 }
 
 impl Law for LoadDependentFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "friction proportional to load";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1").not_negative()];
+    const PARAMETERS: &'static [Parameter] = &[Parameter::same("coefficient", "1").within(0.0, HIGHEST)];
     // Where the loads do not change it is Coulomb friction, which says the same with less.
     const RARITY: f64 = 3.0;
 
     fn fault(&self) -> Option<String> {
-        negative("coefficient", self.coefficient)
+        outside("coefficient", self.coefficient, 0.0..=HIGHEST)
     }
 
     fn alter(&self, constants: &mut Constants) {

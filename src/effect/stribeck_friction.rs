@@ -7,15 +7,16 @@ use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretc
 use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
 
-/// Stiction with Stribeck decay: at rest and at low speed the guide's Coulomb friction is higher.
+/// Stiction with Stribeck decay: at rest and at low speed dry friction is higher, Coulomb friction and what is in proportion to
+/// load alike.
 ///
 /// # Model
 /// ```text
-///   v ≠ 0:  F = −F_c·(1 + (p − 1)·exp(−(v/v_s)²))·sgn(v)
-///   v = 0:  F = whatever holds the axis, up to |F| ≤ p·F_c
+///   v ≠ 0:  F = −(F_c + μ·N)·(1 + (p − 1)·exp(−(v/v_s)²))·sgn(v)
+///   v = 0:  F = whatever holds the axis, up to |F| ≤ p·(F_c + μ·N)
 /// ```
-/// with F_c that of Coulomb friction, which it modifies; p = F_s/F_c is the ratio of stiction to Coulomb friction. Positive force
-/// acts along positive position.
+/// with F_c of Coulomb friction and μ·N of friction in proportion to load, which it modifies: contacts of one kind, lubricated by
+/// one speed. p is the ratio of stiction to dry friction in motion. Positive force acts along positive position.
 ///
 /// # Validity
 /// Static: no memory of how long the axis stood. At speeds well above v_s it does nothing.
@@ -26,11 +27,12 @@ use serde::{Deserialize, Serialize};
 /// methods for the control of machines with friction*; Canudas de Wit, Olsson, Åström, Lischinsky (1995).
 ///
 /// # Source
-/// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2.
+/// Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2. On the part of the load: Duclusaud et al., ICRA 2025, their
+/// Stribeck models with load.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct StribeckFriction {
-    /// p = F_s/F_c; at least 1.
+    /// p; at least 1.
     pub peak_ratio: f64,
     /// v_s in m/s, or rad/s; more than zero.
     #[serde(alias = "stribeck_velocity_rad_per_s")]
@@ -45,7 +47,7 @@ impl Law for StribeckFriction {
         Parameter::differing("stribeck_velocity_m_per_s", "stribeck_velocity_rad_per_s", "m/s", "rad/s")
             .positive(),
     ];
-    const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction];
+    const MODIFIES: &'static [EffectId] = &[EffectId::CoulombFriction, EffectId::LoadDependentFriction];
 
     fn fault(&self) -> Option<String> {
         let peak = self.peak_ratio;
@@ -74,9 +76,10 @@ impl Law for StribeckFriction {
         None
     }
 
-    const EQUATION: &'static str = "v ≠ 0:  F = −F_c·(1 + (p − 1)·exp(−(v/v_s)²))·sgn(v)\nv = 0:  F = whatever holds the axis, up to |F| ≤ p·F_c";
+    const EQUATION: &'static str = "v ≠ 0:  F = −(F_c + μ·N)·(1 + (p − 1)·exp(−(v/v_s)²))·sgn(v)\nv = 0:  F = whatever holds the axis, up to |F| ≤ p·(F_c + μ·N)";
     const SYMBOLS: &'static [&'static str] = &["p", "v_s"];
-    const SOURCE: &'static str = "Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2";
+    const SOURCE: &'static str =
+        "Armstrong-Hélouvry, Dupont, Canudas de Wit (1994), eq. 5, exponent 2; Duclusaud et al., ICRA 2025";
     const SHOWN_BY: &'static str =
         "Friction that falls as speed rises from rest: creep, slow reversals, starts after a dwell.";
     const EXAMPLE: &'static [f64] = &[1.6, 0.01];

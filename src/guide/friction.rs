@@ -8,7 +8,8 @@ use std::f64::consts::TAU;
 /// # Model
 /// With the direction s = sgn(v) of the motion, the level at which the guide slides
 /// ```text
-///   g(s, |v|, N, x, t) = [F_c·(1 + a·s + (p − 1)·exp(−(v/v_s)²)) + μ·N]·(1 + r·t) + F_l·b((x − x_l)/w)
+///   g(s, |v|, N, x, t) = [F_c·(a·s + e(v)) + μ·N·e(v)]·(1 + r·t) + F_l·b((x − x_l)/w)
+///   e(v) = 1 + (p − 1)·exp(−(v/v_s)²)
 ///   b(u) = ½·(1 + cos 2πu) for |u| < ½, else 0
 /// ```
 /// (never below zero; t is the time of the session)
@@ -49,10 +50,19 @@ pub struct DryFriction {
 /// The peak of the Stribeck curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stribeck {
-    /// p = F_s/F_c; at least 1.
+    /// p; at least 1.
     pub peak_ratio: f64,
     /// v_s in m/s or rad/s; more than zero.
     pub velocity: f64,
+}
+
+impl Stribeck {
+    /// e(v) − 1 at a speed ≥ 0.
+    #[inline]
+    fn excess(&self, speed: f64) -> f64 {
+        let ratio = speed / self.velocity;
+        (self.peak_ratio - 1.0) * (-ratio * ratio).exp()
+    }
 }
 
 /// Friction of one place of the travel: a worn or a tight spot.
@@ -108,12 +118,19 @@ impl DryFriction {
     #[inline]
     pub fn level(&self, direction: f64, speed: f64) -> f64 {
         let level = self.coulomb * (1.0 + self.asymmetry * direction);
-        match self.stribeck {
+        match &self.stribeck {
             None => level,
-            Some(Stribeck { peak_ratio, velocity }) => {
-                let ratio = speed / velocity;
-                level + self.coulomb * (peak_ratio - 1.0) * (-ratio * ratio).exp()
-            }
+            Some(stribeck) => level + self.coulomb * stribeck.excess(speed),
+        }
+    }
+
+    /// The same with the part of the load, which is `loaded` at speeds well above those of the Stribeck curve.
+    #[inline]
+    pub fn level_under(&self, loaded: f64, direction: f64, speed: f64) -> f64 {
+        let level = self.level(direction, speed) + loaded;
+        match &self.stribeck {
+            None => level,
+            Some(stribeck) => level + loaded * stribeck.excess(speed),
         }
     }
 

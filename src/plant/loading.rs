@@ -67,12 +67,54 @@ impl LoadModel {
     }
 }
 
+/// Dry friction in proportion to a load: μ·N, see
+/// [`LoadDependentFriction`](crate::effect::LoadDependentFriction).
+#[derive(Debug, Clone, PartialEq)]
+pub struct LoadFriction {
+    coefficient: f64,
+    load: Load,
+}
+
+impl LoadFriction {
+    /// That of a machine; none where it has no such friction.
+    pub fn of(machine: &Machine) -> Option<Self> {
+        let coefficient = machine.constants().friction.load_coefficient;
+        let load = Load::of(machine).filter(|_| coefficient > 0.0)?;
+        Some(Self { coefficient, load })
+    }
+
+    /// What it is in proportion to.
+    pub fn load(&self) -> &Load {
+        &self.load
+    }
+
+    /// Its level in N or N·m for motion in the positive and in the negative direction; the rest as in [`Load::signed`].
+    #[inline]
+    pub fn levels(&self, known: Option<[f64; 4]>, forces: [f64; 2], position: f64) -> [f64; 2] {
+        let load = self.load.signed(known, forces, position);
+        let level = self.coefficient * load.abs();
+        match &self.load {
+            Load::Sliders(_) => [level; 2],
+            Load::Transmitted(transmitted) => {
+                let [driving, driven_back] =
+                    transmitted.losses(self.coefficient).map(|factor| factor * level);
+                if load > 0.0 { [driving, driven_back] } else { [driven_back, driving] }
+            }
+        }
+    }
+
+    /// μ times a load that is [usual](Load::usual), in N or N·m.
+    pub fn usual(&self) -> f64 {
+        self.coefficient * self.load.usual()
+    }
+}
+
 /// What friction in proportion to a load is in proportion to.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Load {
     /// The sum of the magnitudes of the sliders' loads; the model of them, where the plant does not know them.
     Sliders(LoadModel),
-    /// The magnitude of the effort through the transmission.
+    /// The effort through the transmission.
     Transmitted(Transmitted),
 }
 
@@ -103,14 +145,14 @@ impl Load {
     }
 
     /// The load in N or N·m at a position, under the motor's and the guide's force; `known` are the sliders' loads of a plant
-    /// that has them.
+    /// that has them. That of sliders is not negative, the effort through a transmission has the sign of the joint's direction.
     #[inline]
-    pub fn magnitude(&self, known: Option<[f64; 4]>, forces: [f64; 2], position: f64) -> f64 {
+    pub fn signed(&self, known: Option<[f64; 4]>, forces: [f64; 2], position: f64) -> f64 {
         match self {
             Self::Sliders(model) => {
                 known.unwrap_or_else(|| model.loads(forces)).iter().map(|load| load.abs()).sum()
             }
-            Self::Transmitted(transmitted) => transmitted.effort(forces[0], position).abs(),
+            Self::Transmitted(transmitted) => transmitted.effort(forces[0], position),
         }
     }
 
@@ -118,7 +160,7 @@ impl Load {
     /// inertial effort at 9.80665 m/s² (rad/s²).
     pub fn usual(&self) -> f64 {
         match self {
-            Self::Sliders(_) => self.magnitude(None, [0.0; 2], 0.0),
+            Self::Sliders(_) => self.signed(None, [0.0; 2], 0.0),
             Self::Transmitted(transmitted) => {
                 transmitted.weight.as_ref().map_or(transmitted.inertial, Weight::largest)
             }
@@ -127,7 +169,23 @@ impl Load {
 }
 
 impl Transmitted {
-    /// Effort through the transmission in N or N·m, while the motor exerts `motor` at a position.
+    /// N per |F_t| while the motor drives and while it is driven back. N is the effort that comes in, F_t the effort without
+    /// friction: friction slows the rotor too, and what its inertia takes is less by that.
+    ///
+    /// # Model
+    /// With s = sgn(v), friction R, s_r = J·n²/(m + J·n²) and F_t without friction, the effort at the motor's side is
+    /// `F_m = F_t + s_r·s·R`, that at the load's side `F_l = F_m − s·R`:
+    /// ```text
+    ///   driving,     s·F_t > 0:  R = μ·|F_m|  ⇒  R = μ·|F_t|/(1 − μ·s_r)
+    ///   driven back, s·F_t < 0:  R = μ·|F_l|  ⇒  R = μ·|F_t|/(1 − μ·(1 − s_r))
+    /// ```
+    /// At rest a motor that exerts F lifts a load L from F·(1 − μ) > L on and is driven back from F < L·(1 − μ) on.
+    #[inline]
+    fn losses(&self, coefficient: f64) -> [f64; 2] {
+        [self.rotor_share, 1.0 - self.rotor_share].map(|share| 1.0 / (1.0 - coefficient * share))
+    }
+
+    /// Effort through the transmission in N or N·m, friction left aside, while the motor exerts `motor` at a position.
     #[inline]
     pub fn effort(&self, motor: f64, position: f64) -> f64 {
         let weight = self.weight.as_ref().map_or(0.0, |weight| weight.effort(position));

@@ -13,7 +13,7 @@ mod resonance;
 mod winding;
 
 pub use drive::Drive;
-pub use loading::{Load, LoadModel, Transmitted};
+pub use loading::{Load, LoadFriction, LoadModel, Transmitted};
 pub use resonance::Resonance;
 pub use winding::WindingState;
 

@@ -246,8 +246,8 @@ fn friction(machine: &Machine, speeds: impl Iterator<Item = f64>) -> [f64; 2] {
     };
     // The drag of the linear dynamics is set apart: what is left of a plain friction is then exactly its level.
     let rest = |speed: f64| {
-        let both = friction.resistance(1.0, speed, viscous) + friction.resistance(-1.0, speed, viscous);
-        loads * friction.load_coefficient + 0.5 * both
+        let loaded = loads * friction.load_coefficient;
+        0.5 * (friction.level_under(loaded, 1.0, speed) + friction.level_under(loaded, -1.0, speed))
     };
     let points: Vec<[f64; 2]> = speeds.map(|speed| [speed, rest(speed)]).collect();
     let mean = |k: usize| points.iter().map(|point| point[k]).sum::<f64>() / points.len().max(1) as f64;

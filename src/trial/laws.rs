@@ -6,7 +6,7 @@ use crate::effect::{Effect, Unlike};
 use crate::error::Result;
 use crate::guide::{Bristle, Coast, DryFriction, GAUSSIAN, StepForce};
 use crate::machine::Machine;
-use crate::plant::{Drive, Load, Plant};
+use crate::plant::{Drive, LoadFriction, Plant};
 use crate::recording::Run;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -71,7 +71,7 @@ pub struct ForgedLaws {
     /// Drag that the positive direction has more than the mean of both, in N·s/m or N·m·s/rad.
     drag: f64,
     bristle: Option<ForgedBristle>,
-    loaded: Option<(f64, Load)>,
+    loaded: Option<LoadFriction>,
     cogging: Option<Harmonics>,
     ripple: Option<Harmonics>,
     foreign: Option<Foreign>,
@@ -106,11 +106,14 @@ impl ForgedLaws {
         let (effects, constants) = (machine.effects(), machine.constants());
         let dry = constants.friction;
         let mut walked = machine.clone();
-        let coefficient = dry.load_coefficient;
-        let loaded = Load::of(machine).filter(|_| coefficient > 0.0).map(|load| (coefficient, load));
-        let rest = loaded.as_ref().map_or(0.0, |(coefficient, load)| coefficient * load.usual());
+        let loaded = LoadFriction::of(machine);
+        let rest = loaded.as_ref().map_or(0.0, LoadFriction::usual);
         let spot = dry.local.map_or(0.0, |local| local.force.max(0.0));
-        let standing = dry.at_rest() + rest + spot;
+        let standing = [1.0, -1.0]
+            .map(|direction| dry.level_under(rest, direction, 0.0))
+            .into_iter()
+            .fold(0.0, f64::max)
+            + spot;
         let drawn =
             |stiffness: f64| 2.0 * otherwise.bristle_damping * (stiffness * constants.moving_mass).sqrt();
         let (stiffness, damping) = match dry.bristle {
@@ -202,13 +205,14 @@ impl<P: Plant> Forged<P> {
     fn friction(&mut self, coast: Coast) -> f64 {
         let Some(bristle) = self.laws.bristle else { return 0.0 };
         let position = self.inner.position();
-        let loads = self.laws.loaded.as_ref().map_or(0.0, |(coefficient, load)| {
-            coefficient * load.magnitude(self.inner.slider_loads(), self.forces, position)
-        });
+        let [ahead, back] =
+            self.laws.loaded.as_ref().map_or([0.0; 2], |friction| {
+                friction.levels(self.inner.slider_loads(), self.forces, position)
+            });
         let dry = self.laws.dry;
         let level = |velocity: f64| {
-            let direction = if velocity < 0.0 { -1.0 } else { 1.0 };
-            dry.level_at(dry.level(direction, velocity.abs()) + loads, position, self.clock_s)
+            let (direction, loaded) = if velocity < 0.0 { (-1.0, back) } else { (1.0, ahead) };
+            dry.level_at(dry.level_under(loaded, direction, velocity.abs()), position, self.clock_s)
         };
         let (force, deflection) = bristle.step(self.deflection, coast, self.inner.step_s(), level);
         self.deflection = deflection;

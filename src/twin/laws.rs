@@ -5,7 +5,7 @@ use crate::effect::{Door, Effect};
 use crate::guide::stick_slip::friction;
 use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepForce};
 use crate::machine::Machine;
-use crate::plant::Load;
+use crate::plant::LoadFriction;
 use crate::sensor::End;
 use crate::solid::Weight;
 
@@ -46,8 +46,7 @@ pub(super) struct Laws {
     weight: Option<Weight>,
     /// R/L of the winding in 1/s; 0 where there is none.
     winding_rate_per_s: f64,
-    /// Coulomb friction per load, and what the load is.
-    loaded: Option<(f64, Load)>,
+    loaded: Option<LoadFriction>,
 }
 
 /// Forces along the joint where a replay begins, in N or N·m, positive in the joint's positive direction.
@@ -68,7 +67,6 @@ impl Laws {
         let through = |door| acting.iter().filter(|e| e.acts_through(door)).cloned().collect::<Vec<_>>();
         let constants = machine.constants();
         let dry = constants.friction;
-        let coefficient = dry.load_coefficient;
         Self {
             dry,
             constant: [1.0, -1.0].map(|direction| dry.level(direction, 0.0)),
@@ -84,7 +82,7 @@ impl Laws {
                 Circuit::Direct { .. } => 0.0,
             },
             weight: machine.weight().filter(|_| !carries_weight),
-            loaded: (coefficient > 0.0).then(|| Load::of(machine)).flatten().map(|load| (coefficient, load)),
+            loaded: LoadFriction::of(machine),
         }
     }
 
@@ -165,11 +163,11 @@ impl Laws {
         coast: Coast,
         here: Here,
         bristle_force: &mut f64,
-        load: impl FnMut(&Load) -> f64,
+        levels: impl FnMut(&LoadFriction) -> [f64; 2],
     ) -> [StepForce; 2] {
         match &self.weight {
-            None => [StepForce::ZERO, self.friction(coast, here, bristle_force, load)],
-            Some(weight) => self.under_weight(weight, coast, here, bristle_force, load),
+            None => [StepForce::ZERO, self.friction(coast, here, bristle_force, levels)],
+            Some(weight) => self.under_weight(weight, coast, here, bristle_force, levels),
         }
     }
 
@@ -181,13 +179,13 @@ impl Laws {
         coast: Coast,
         here: Here,
         bristle_force: &mut f64,
-        mut load: impl FnMut(&Load) -> f64,
+        mut levels: impl FnMut(&LoadFriction) -> [f64; 2],
     ) -> [StepForce; 2] {
         let Here { position, step_s, .. } = here;
         let begun = *bristle_force;
         let mut answer = |pull: StepForce| {
             *bristle_force = begun;
-            [pull, self.friction(coast.under(pull), here, bristle_force, &mut load)]
+            [pull, self.friction(coast.under(pull), here, bristle_force, &mut levels)]
         };
         if weight.is_constant() {
             return answer(StepForce::held(weight.effort(position)));
@@ -200,41 +198,48 @@ impl Laws {
 
     /// Dry friction of the guide over a step, from the bristles' force at its beginning, which goes on to its end.
     ///
-    /// `load` gives the load in N or N·m, asked for only where friction depends on it.
+    /// `levels` gives those of friction in proportion to a load, asked for only where there is such friction.
     #[inline]
     pub fn friction(
         &self,
         coast: Coast,
         here: Here,
         bristle_force: &mut f64,
-        mut load: impl FnMut(&Load) -> f64,
+        mut levels: impl FnMut(&LoadFriction) -> [f64; 2],
     ) -> StepForce {
         let step_s = here.step_s;
-        let loaded = match &self.loaded {
-            None => 0.0,
-            Some((coefficient, of)) => coefficient * load(of),
-        };
+        let loaded = self.loaded.as_ref().map_or([0.0; 2], &mut levels);
         if self.dry.has_place_or_time() {
             return self.friction_here(coast, here, bristle_force, loaded);
         }
-        let constant = [self.constant[0] + loaded, self.constant[1] + loaded];
+        let at_rest = |direction: f64| self.dry.level_under(of_direction(loaded, direction), direction, 0.0);
+        let constant = if self.loaded.is_some() { [1.0, -1.0].map(at_rest) } else { self.constant };
         if constant == [0.0; 2] && self.drag == 0.0 {
             return StepForce::ZERO;
         }
         if self.varies() || (self.dry.bristle.is_some() && constant != [0.0; 2]) {
-            let level = |direction: f64, speed: f64| self.dry.level(direction, speed) + loaded;
+            let level = |direction: f64, speed: f64| {
+                self.dry.level_under(of_direction(loaded, direction), direction, speed)
+            };
             return self.slide(coast, step_s, bristle_force, level, constant);
         }
-        friction(coast, step_s, |direction, _| if direction > 0.0 { constant[0] } else { constant[1] })
+        friction(coast, step_s, |direction, _| of_direction(constant, direction))
     }
 
     /// The same where the level depends on place or time, taken in the middle of the step.
     #[inline(never)]
-    fn friction_here(&self, coast: Coast, here: Here, bristle_force: &mut f64, loaded: f64) -> StepForce {
+    fn friction_here(
+        &self,
+        coast: Coast,
+        here: Here,
+        bristle_force: &mut f64,
+        loaded: [f64; 2],
+    ) -> StepForce {
         let Here { position, step_s, clock_s } = here;
         let (place, time_s) = (position + 0.5 * coast.free_travel, clock_s + 0.5 * step_s);
         let level = |direction: f64, speed: f64| {
-            self.dry.level_at(self.dry.level(direction, speed) + loaded, place, time_s)
+            let level = self.dry.level_under(of_direction(loaded, direction), direction, speed);
+            self.dry.level_at(level, place, time_s)
         };
         let at_rest = [1.0, -1.0].map(|direction| level(direction, 0.0));
         self.slide(coast, step_s, bristle_force, level, at_rest)
@@ -292,11 +297,12 @@ impl Laws {
         let shakes = self.shakes.iter().map(|effect| effect.shake(clock_s));
         let acting = start.motor * self.ripple(position) + pushes.chain(shakes).sum::<f64>() + start.weight;
         let balance = start.inertial.map(|inertial| inertial - acting);
-        let loaded = self.loaded.as_ref().map_or(0.0, |(coefficient, of)| {
-            coefficient * of.magnitude(None, [start.motor, balance.unwrap_or(0.0)], position)
+        let loaded = self.loaded.as_ref().map_or([0.0; 2], |friction| {
+            friction.levels(None, [start.motor, balance.unwrap_or(0.0)], position)
         });
         let level = |direction: f64| {
-            self.dry.level_at(self.dry.level(direction, velocity.abs()) + loaded, position, clock_s)
+            let level = self.dry.level_under(of_direction(loaded, direction), direction, velocity.abs());
+            self.dry.level_at(level, position, clock_s)
         };
         match balance {
             Some(force) => force.max(-level(1.0)).min(level(-1.0)),
@@ -343,6 +349,12 @@ impl Laws {
         let slope = (shown(reading + 1.0) - shown(reading)).abs().max(1e-3);
         (0..MOST_INVERSIONS).fold(reading, |motor, _| motor + (reading - shown(motor)) / slope)
     }
+}
+
+/// The number of a direction, from those of the positive and of the negative one.
+#[inline]
+fn of_direction([positive, negative]: [f64; 2], direction: f64) -> f64 {
+    if direction > 0.0 { positive } else { negative }
 }
 
 /// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown`; every play

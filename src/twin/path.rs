@@ -8,7 +8,7 @@ use crate::drive::amplifier::{Amplifier, SplitDelay};
 use crate::drive::motor::Circuit;
 use crate::guide::{Coast, StepForce};
 use crate::machine::Machine;
-use crate::plant::{Drive, Load, Plant};
+use crate::plant::{Drive, Load, LoadFriction, Plant};
 use crate::sensor::{
     CurrentSensor, Encoder, End, LoadSensor, LogScale, VelocityEstimate, VelocityMemory, rounded,
 };
@@ -362,12 +362,12 @@ impl Path {
         };
         let before = self.moving.forces;
         let motor = 0.5 * (begin_n + end_n) + ripple.mean;
-        let load = |of: &Load| match of {
-            Load::Sliders(_) => of.magnitude(loads(), before, position),
-            Load::Transmitted(_) => of.magnitude(None, [motor, before[1]], position),
+        let levels = |of: &LoadFriction| match of.load() {
+            Load::Sliders(_) => of.levels(loads(), before, position),
+            Load::Transmitted(_) => of.levels(None, [motor, before[1]], position),
         };
         let coast = coast.under(ripple + push);
-        let [weight, friction] = self.laws.weight_and_friction(coast, here, &mut self.moving.bristle, load);
+        let [weight, friction] = self.laws.weight_and_friction(coast, here, &mut self.moving.bristle, levels);
         let guide = push + friction;
         self.moving.forces = [motor, guide.mean];
         [ripple, guide + weight]

@@ -201,43 +201,76 @@ fn exact_a_rotor_has_no_weight() {
     }
 }
 
-/// Friction in proportion to the transmitted torque: without weight a = τ·(1 − μ·J_load/J)/J.
+/// What comes in loses μ of it, whichever end drives: with F_out = (1 − μ)·F_in a motor that drives feels the load's inertia
+/// divided by 1 − μ, one that is driven back feels it times 1 − μ.
 #[test]
-fn exact_friction_of_what_a_gear_transmits() {
+fn exact_a_gear_loses_of_what_comes_in() {
+    let (rotor, mu) = (2e-5, 0.3);
     let geared = with(
         &machine("servo"),
         &[
-            ("transmission.rotor_inertia_kg_m2", 2e-5),
+            ("transmission.rotor_inertia_kg_m2", rotor),
             ("guide.viscous_nm_s_per_rad", 0.0),
             ("motor.time_constant_s", 1e-7),
-            ("effect.load_dependent_friction.coefficient", 0.3),
+            ("effect.load_dependent_friction.coefficient", mu),
         ],
     );
     let load = geared.solid().moving_inertia_along_joint();
-    let whole = load + 2e-5;
-    let x = walk(&geared, 0.0, &[effort(0.2); 101]).position;
-    // Constant from the second step on, when the current has risen.
-    let acceleration = (x[100] - 2.0 * x[75] + x[50]) / (25.0 * 2e-3f64).powi(2);
-    let exact = 0.5 * 0.2 * (1.0 - 0.3 * load / whole) / whole;
-    assert!((acceleration / exact - 1.0).abs() < 1e-9, "{acceleration} {exact}");
+    let commands: Vec<Command> = [0.2, -0.2].iter().flat_map(|&e| [effort(e); 50]).collect();
+    let x = walk(&geared, 0.0, &commands).position;
+    let acceleration = |k: usize| (x[k] - 2.0 * x[k - 10] + x[k - 20]) / (10.0 * 2e-3f64).powi(2);
+    // It still runs ahead at the end, slower than before.
+    assert!(x[75] > x[74] && x[75] - x[74] < x[50] - x[49]);
+    let torque = 0.5 * 0.2;
+    for (found, exact) in [
+        (acceleration(45), torque / (rotor + load / (1.0 - mu))),
+        (acceleration(75), -torque / (rotor + load * (1.0 - mu))),
+    ] {
+        assert!((found / exact - 1.0).abs() < 1e-9, "{found} {exact}");
+    }
 }
 
 /// Held up by a gear, the pendulum needs less to stay than to rise: between both it sticks.
 #[test]
 fn exact_a_loaded_gear_sticks_by_its_load() {
     let servo = with(&machine("xl330"), &[("effect.load_dependent_friction.coefficient", 0.2)]);
+    let start = HANGING_RAD + std::f64::consts::FRAC_PI_2;
+    let weight = -servo.weight().unwrap().effort(start);
+    // (1 − μ)·τ = W lifts; W sinks where τ holds less than (1 − μ)·W.
+    let [lifts, sinks] = [weight / (1.0 - 0.2), weight * (1.0 - 0.2)];
+    for (torque, moves) in
+        [(lifts * 1.01, 1.0), (lifts * 0.99, 0.0), (sinks * 1.01, 0.0), (sinks * 0.99, -1.0)]
+    {
+        let command = Command { thrust: Some(torque), ..Command::follow(0.0, 0.0) };
+        let travel = walk(&servo, start, &[command; 100]).position[99] - start;
+        let found = if travel.abs() < 1e-9 { 0.0 } else { travel.signum() };
+        assert!(found == moves, "{torque}: {travel}");
+    }
+}
+
+/// Stiction is p times as much as the friction of the load in motion, at the same efforts of motor and weight.
+#[test]
+fn exact_the_stribeck_curve_is_that_of_the_load_s_friction_too() {
+    let (mu, peak) = (0.2, 1.5);
+    let servo = with(
+        &machine("xl330"),
+        &[
+            ("effect.load_dependent_friction.coefficient", mu),
+            ("effect.stribeck_friction.peak_ratio", peak),
+            ("effect.stribeck_friction.stribeck_velocity_rad_per_s", 0.1),
+        ],
+    );
     let constants = servo.constants();
     let share = constants.rotor_inertia / constants.moving_mass;
     let start = HANGING_RAD + std::f64::consts::FRAC_PI_2;
     let weight = -servo.weight().unwrap().effort(start);
-    // τ − W = μ·((1 − s)·τ + s·W) lifts, with the opposite sign it sinks.
-    let limit = |mu: f64| weight * (1.0 + mu * share) / (1.0 - mu * (1.0 - share));
-    for (torque, moves) in [
-        (limit(0.2) * 1.01, 1.0),
-        (limit(0.2) * 0.99, 0.0),
-        (limit(-0.2) * 1.01, 0.0),
-        (limit(-0.2) * 0.99, -1.0),
-    ] {
+    // ±(τ − W) = p·k·((1 − s)·τ + s·W) with k of driving and of back-driving.
+    let [drives, driven] = [share, 1.0 - share].map(|s| peak * mu / (1.0 - mu * s));
+    let lifts = weight * (1.0 + drives * share) / (1.0 - drives * (1.0 - share));
+    let sinks = weight * (1.0 - driven * share) / (1.0 + driven * (1.0 - share));
+    for (torque, moves) in
+        [(lifts * 1.01, 1.0), (lifts * 0.99, 0.0), (sinks * 1.01, 0.0), (sinks * 0.99, -1.0)]
+    {
         let command = Command { thrust: Some(torque), ..Command::follow(0.0, 0.0) };
         let travel = walk(&servo, start, &[command; 100]).position[99] - start;
         let found = if travel.abs() < 1e-9 { 0.0 } else { travel.signum() };
@@ -460,11 +493,11 @@ fn ref_what_a_diagnosis_names_predicts_as_the_best_published_structure_does() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/xl330");
     let recording = Recording::read(folder.join("recording.toml")).unwrap();
     let found = [
-        ("effect.load_dependent_friction.coefficient", 0.5362),
-        ("guide.viscous_nm_s_per_rad", 0.007036),
+        ("effect.load_dependent_friction.coefficient", 0.4648),
+        ("guide.viscous_nm_s_per_rad", 0.006117),
         ("motor.resistance_ohm", 3.4814),
         ("effect.force_constant.factor", 0.985),
-        ("effect.payload.inertia_kg_m2", -1.037e-4),
+        ("effect.payload.inertia_kg_m2", -2.061e-4),
     ];
     let unseen: Vec<&Run> = recording.runs().iter().filter(|run| run.role == Some(Role::HeldOut)).collect();
     let samples: usize = unseen.iter().map(|run| run.len()).sum();
@@ -479,11 +512,13 @@ fn ref_what_a_diagnosis_names_predicts_as_the_best_published_structure_does() {
         unseen.len()
     );
     assert!(unseen.len() == 4 && before[1] > 0.13);
-    assert!(after[0] <= 0.033 && after[1] <= 0.034);
+    assert!(after.iter().all(|error| *error <= 0.033));
 }
 
-/// The authors' replay leaves 0.065 rad with the published parameters of their model M3, and 0.061 rad with 5 to 10 ms of
-/// delay. Their load is |motor − load| torque, twice what is transmitted at rest.
+/// The authors' replay leaves 0.065 rad with the published parameters of their model M3, and 0.061 rad with 5 to 10 ms of delay.
+/// Their friction of the load is K·|motor − load|, what comes in and what goes out together, inertia left out: at most 2·K of what
+/// comes in, and 2·K/(1 + K) of it where what goes out is less by the friction itself. What they report lies between the twins
+/// with both.
 #[test]
 fn ref_published_friction_models_leave_what_their_authors_report() {
     needs!(support::data("xl330_pendulum/kp100_sin_sin.csv"));
@@ -491,21 +526,29 @@ fn ref_published_friction_models_leave_what_their_authors_report() {
     let recording = Recording::read(folder.join("recording.toml")).unwrap();
     assert!(recording.runs().iter().all(|run| run.instants_s().is_some()));
     let frictionless = machine("xl330");
-    let m3 = with(
-        &frictionless,
-        &[
-            ("effect.coulomb_friction.torque_nm", 0.00888),
-            ("guide.viscous_nm_s_per_rad", 0.00438),
-            ("effect.load_dependent_friction.coefficient", 2.0 * 0.1217),
-        ],
-    );
-    let delayed = with(&m3, &[("reference.delay_s", 5e-3)]);
-    let [none, m3, delayed] = [&frictionless, &m3, &delayed].map(|machine| mean_error(machine, &recording));
-    eprintln!(
-        "mean error: without friction {none:.4} rad, M3 {m3:.4} rad, with 5 ms of delay {delayed:.4} rad"
-    );
-    // Theirs are printed in steps of 1 mrad, with a sensor of 1.5 mrad; of the delay only "5 to 10 ms" is known.
-    assert!(none > 0.15 && (m3 - 0.065).abs() < 2e-3 && (delayed - 0.061).abs() < 5e-3 && delayed < m3);
+    let none = mean_error(&frictionless, &recording);
+    let m3 = |coefficient: f64, delay_s: f64| {
+        let m3 = with(
+            &frictionless,
+            &[
+                ("effect.coulomb_friction.torque_nm", 0.00888),
+                ("guide.viscous_nm_s_per_rad", 0.00438),
+                ("effect.load_dependent_friction.coefficient", coefficient),
+                ("reference.delay_s", delay_s),
+            ],
+        );
+        mean_error(&m3, &recording)
+    };
+    // Printed in steps of 1 mrad.
+    let (k, rounding) = (0.1217, 0.5e-3);
+    for (delay_s, published) in [(0.0, 0.065), (5e-3, 0.061)] {
+        let [most, least] = [2.0 * k, 2.0 * k / (1.0 + k)].map(|coefficient| m3(coefficient, delay_s));
+        eprintln!(
+            "mean error: without friction {none:.4} rad, M3 after {delay_s} s {most:.4} to {least:.4} rad, \
+             published {published} rad"
+        );
+        assert!(none > 0.15 && most - rounding < published && published < least + rounding);
+    }
 }
 
 // ---- refusals ------------------------------------------------------------------------------------
@@ -517,6 +560,7 @@ fn exact_what_cannot_be_is_refused_by_name() {
         (&servo, "amplifier.supply_v", 0.0),
         (&servo, "transmission.ratio", -2.0),
         (&servo, "transmission.rotor_inertia_kg_m2", -1.0),
+        (&servo, "effect.load_dependent_friction.coefficient", 1.0),
         // Its base has modes.
         (&grinder, "transmission.rotor_inertia_kg_m2", 1e-3),
     ] {

@@ -1,6 +1,7 @@
 //! The level of friction.
 
 use super::{Estimate, Screen};
+use crate::effect::load_dependent_friction::HIGHEST;
 use crate::effect::{CoulombFriction, LoadDependentFriction, ViscousFriction};
 
 impl Estimate for ViscousFriction {
@@ -27,8 +28,6 @@ impl Estimate for CoulombFriction {
 
 /// Losses from those of a good spur gear to those of a small many-staged one that is hardly driven back, to start a fit from.
 const TRANSMISSION_STARTS: [f64; 3] = [0.05, 0.2, 0.6];
-/// A transmission with this coefficient would hold any load by itself.
-const SELF_LOCKING: f64 = 1.0;
 
 impl Estimate for LoadDependentFriction {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
@@ -40,8 +39,8 @@ impl Estimate for LoadDependentFriction {
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
-        let most = if is_of_sliders(screen) { screen.largest_force / weight(screen) } else { SELF_LOCKING };
-        vec![(0.0, most)]
+        let most = if is_of_sliders(screen) { screen.largest_force / weight(screen) } else { HIGHEST };
+        vec![(0.0, most.min(HIGHEST))]
     }
 }
 
