@@ -153,12 +153,12 @@ impl Search<'_> {
     }
 }
 
-/// Values of which some moved to given places and the others followed to first order, as far as their ranges go.
+/// Values of which some have moved to given places and the others have followed to first order, inside their ranges (Euler predictor).
 fn predicted(objective: &Objective, values: &[f64], moved: &[(usize, f64)]) -> Result<Vec<f64>> {
     let free = &objective.hypothesis.free;
     let residuals = objective.residuals(values)?;
     let weights = objective.weights(&residuals);
-    // What is held has no column: it is the others' by hand.
+    // The derivatives leave out what is held.
     let mut loose = objective.hypothesis.clone();
     moved.iter().for_each(|(k, _)| loose.free[*k].held = false);
     let with_moved = Objective { hypothesis: &loose, ..*objective };

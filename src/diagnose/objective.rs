@@ -322,7 +322,7 @@ impl<'a> Objective<'a> {
 const GUARDED_SQUARE: f64 = 0.995_007;
 /// A scale is known when a round changes it by less than this share.
 const SETTLED: f64 = 1e-3;
-/// Rounds at most: each cuts deeper, and one changes the scale by less than the one before.
+/// Rounds at most; near the share of a ninth they converge slowly, and the last one counts.
 const MOST_ROUNDS: usize = 50;
 
 /// Variance of residuals with these squares, few of which may be anything: T² with `mean(min(e², (g·T)²)) = c·T²`, c the same of
@@ -372,6 +372,10 @@ mod tests {
     fn exact_robust_variance() {
         assert_eq!(robust_variance(&[]), 0.0);
         let normal = statrs::distribution::Normal::standard();
+        let beyond = statrs::distribution::ContinuousCDF::sf(&normal, GUARD);
+        let density = statrs::distribution::Continuous::pdf(&normal, GUARD);
+        let cut = 1.0 - 2.0 * beyond - 2.0 * GUARD * density + 2.0 * GUARD * GUARD * beyond;
+        assert!((cut - GUARDED_SQUARE).abs() < 1e-6, "{cut}");
         let quantiles = (0..10_000).map(|k| (f64::from(k) + 0.5) / 10_000.0);
         let squares: Vec<f64> =
             quantiles.map(|q| statrs::distribution::ContinuousCDF::inverse_cdf(&normal, q).powi(2)).collect();

@@ -23,8 +23,8 @@ pub const HIGHEST: f64 = 0.99;
 /// # Validity
 /// Sliders: while every one stays pressed down and the carried mass does not change, Σ|N_i| is the weight: it is then exactly
 /// Coulomb friction. They part when a slider lifts under acceleration, or between runs with different payload.
-/// Transmission: one efficiency both ways; μ of 0.99 at most, from 1 on it would hold any load by itself. What the sensor shows is the load's
-/// side; the guide's other friction is left aside in what comes in.
+/// Transmission: one efficiency both ways; μ of 0.99 at most, from 1 on it would hold any load by itself. Other friction is left
+/// aside in what comes in.
 ///
 /// # Prior
 /// μ of 0.002 to 0.02 on sliders, log-uniform: rolling guides, from balls to rollers with preload and seals. Of a transmission
@@ -32,9 +32,10 @@ pub const HIGHEST: f64 = 0.99;
 /// catalogues of planetary, worm and servo gearboxes.
 ///
 /// # Source
-/// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports). On gears: efficiency: any text on
-/// machine elements. Duclusaud et al., *Extended friction models for the physics simulation of servo actuators*, ICRA 2025, take
-/// `|τ_motor − τ_load|` in their model M3, the sum of what comes in and what goes out.
+/// Amontons' law on each slider; loads from [`Supports`](crate::plant::rapier::Supports). Of a transmission: the definition of its
+/// efficiency, what goes out over what comes in at one speed. Duclusaud et al., *Extended friction models for the physics
+/// simulation of servo actuators*, ICRA 2025, take `|τ_motor − τ_load|` in their model M3, the sum of what comes in and what goes
+/// out.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct LoadDependentFriction {

@@ -111,26 +111,27 @@ impl DryFriction {
 
     /// g in N or N·m at standstill in the direction that holds more, without the part of the load.
     pub fn at_rest(&self) -> f64 {
-        self.level(1.0, 0.0).max(self.level(-1.0, 0.0))
+        self.at_rest_under(0.0)
+    }
+
+    /// The same with the part of the load, see [`level_under`](Self::level_under).
+    pub fn at_rest_under(&self, loaded: f64) -> f64 {
+        self.level_under(loaded, 1.0, 0.0).max(self.level_under(loaded, -1.0, 0.0))
     }
 
     /// g in N or N·m in a direction (±1) at a speed ≥ 0, without the part of the load.
     #[inline]
     pub fn level(&self, direction: f64, speed: f64) -> f64 {
-        let level = self.coulomb * (1.0 + self.asymmetry * direction);
-        match &self.stribeck {
-            None => level,
-            Some(stribeck) => level + self.coulomb * stribeck.excess(speed),
-        }
+        self.level_under(0.0, direction, speed)
     }
 
     /// The same with the part of the load, which is `loaded` at speeds well above those of the Stribeck curve.
     #[inline]
     pub fn level_under(&self, loaded: f64, direction: f64, speed: f64) -> f64 {
-        let level = self.level(direction, speed) + loaded;
+        let level = self.coulomb * (1.0 + self.asymmetry * direction) + loaded;
         match &self.stribeck {
             None => level,
-            Some(stribeck) => level + loaded * stribeck.excess(speed),
+            Some(stribeck) => level + (self.coulomb + loaded) * stribeck.excess(speed),
         }
     }
 

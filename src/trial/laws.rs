@@ -109,11 +109,7 @@ impl ForgedLaws {
         let loaded = LoadFriction::of(machine);
         let rest = loaded.as_ref().map_or(0.0, LoadFriction::usual);
         let spot = dry.local.map_or(0.0, |local| local.force.max(0.0));
-        let standing = [1.0, -1.0]
-            .map(|direction| dry.level_under(rest, direction, 0.0))
-            .into_iter()
-            .fold(0.0, f64::max)
-            + spot;
+        let standing = dry.at_rest_under(rest) + spot;
         let drawn =
             |stiffness: f64| 2.0 * otherwise.bristle_damping * (stiffness * constants.moving_mass).sqrt();
         let (stiffness, damping) = match dry.bristle {

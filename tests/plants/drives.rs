@@ -230,6 +230,18 @@ fn exact_a_gear_loses_of_what_comes_in() {
     }
 }
 
+/// The pendulum sinks from `start` below the first of two motor torques, rises above the second, and rests between both.
+fn breaks_away(servo: &Machine, start: f64, [sinks, lifts]: [f64; 2]) {
+    for (torque, moves) in
+        [(lifts * 1.01, 1.0), (lifts * 0.99, 0.0), (sinks * 1.01, 0.0), (sinks * 0.99, -1.0)]
+    {
+        let command = Command { thrust: Some(torque), ..Command::follow(0.0, 0.0) };
+        let travel = walk(servo, start, &[command; 100]).position[99] - start;
+        let found = if travel.abs() < 1e-9 { 0.0 } else { travel.signum() };
+        assert!(found == moves, "{torque}: {travel}");
+    }
+}
+
 /// Held up by a gear, the pendulum needs less to stay than to rise: between both it sticks.
 #[test]
 fn exact_a_loaded_gear_sticks_by_its_load() {
@@ -238,14 +250,7 @@ fn exact_a_loaded_gear_sticks_by_its_load() {
     let weight = -servo.weight().unwrap().effort(start);
     // (1 − μ)·τ = W lifts; W sinks where τ holds less than (1 − μ)·W.
     let [lifts, sinks] = [weight / (1.0 - 0.2), weight * (1.0 - 0.2)];
-    for (torque, moves) in
-        [(lifts * 1.01, 1.0), (lifts * 0.99, 0.0), (sinks * 1.01, 0.0), (sinks * 0.99, -1.0)]
-    {
-        let command = Command { thrust: Some(torque), ..Command::follow(0.0, 0.0) };
-        let travel = walk(&servo, start, &[command; 100]).position[99] - start;
-        let found = if travel.abs() < 1e-9 { 0.0 } else { travel.signum() };
-        assert!(found == moves, "{torque}: {travel}");
-    }
+    breaks_away(&servo, start, [sinks, lifts]);
 }
 
 /// Stiction is p times as much as the friction of the load in motion, at the same efforts of motor and weight.
@@ -268,14 +273,7 @@ fn exact_the_stribeck_curve_is_that_of_the_load_s_friction_too() {
     let [drives, driven] = [share, 1.0 - share].map(|s| peak * mu / (1.0 - mu * s));
     let lifts = weight * (1.0 + drives * share) / (1.0 - drives * (1.0 - share));
     let sinks = weight * (1.0 - driven * share) / (1.0 + driven * (1.0 - share));
-    for (torque, moves) in
-        [(lifts * 1.01, 1.0), (lifts * 0.99, 0.0), (sinks * 1.01, 0.0), (sinks * 0.99, -1.0)]
-    {
-        let command = Command { thrust: Some(torque), ..Command::follow(0.0, 0.0) };
-        let travel = walk(&servo, start, &[command; 100]).position[99] - start;
-        let found = if travel.abs() < 1e-9 { 0.0 } else { travel.signum() };
-        assert!(found == moves, "{torque}: {travel}");
-    }
+    breaks_away(&servo, start, [sinks, lifts]);
 }
 
 // ---- filters and laws ----------------------------------------------------------------------------
