@@ -41,8 +41,8 @@ pub(super) struct Base {
 /// An effect more must be worth this much log-likelihood: a prior of 1 in 100 for each effect.
 pub const PRICE_PER_EFFECT: f64 = 4.605;
 /// Log-likelihood by which a cause must predict better than a twin that leaves no gap. By chance a likelihood ratio on runs that were not fitted
-/// exceeds e²⁰ with a probability of e⁻²⁰ at most (its expectation is 1; Markov's inequality), and one of the 4·10⁶ sets of up to six of 39 effects does
-/// with 0.8 %, as far as the noise model holds.
+/// exceeds e²⁰ with a probability of e⁻²⁰ at most (its expectation is 1; Markov's inequality), and one of the 5·10⁶ sets of up to six of 41 effects does
+/// with 1.1 %, as far as the noise model holds.
 const OVERWHELMING: f64 = 20.0;
 
 impl Found {

@@ -319,7 +319,7 @@ fn scale(start: f64, (low, high): (f64, f64)) -> f64 {
 }
 
 /// The stated constants that are free inside their tolerance: mass, viscous coefficient, force constant, winding
-/// resistance and inductance, and the parameters of effects that the twin already has; not those of the
+/// resistance and inductance, the encoder's zero, and the parameters of effects that the twin already has; not those of the
 /// hypothesis.
 fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
     let tolerance = &machine.description().tolerance;
@@ -348,6 +348,7 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
             Some(Nominal::ForceConstant) => push(effect, 0, values[0], tolerance.force_constant * values[0]),
             Some(Nominal::Resistance) => push(effect, 0, values[0], tolerance.resistance * values[0]),
             Some(Nominal::Inductance) => push(effect, 0, values[0], tolerance.inductance * values[0]),
+            Some(Nominal::EncoderZero) => push(effect, 0, values[0], tolerance.zero_rad),
             None if is_stated => {
                 for (index, value) in values.iter().enumerate() {
                     if !effect.parameters()[index].held {

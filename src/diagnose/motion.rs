@@ -87,13 +87,15 @@ impl Motion {
         };
         let drive_force = smoothed(raw_drive_force);
         let (effects, weight) = (machine.effects(), machine.weight());
-        let lacking = |ripple: bool, forces: &[f64]| -> Vec<f64> {
+        let lacking = |changes: bool, forces: &[f64]| -> Vec<f64> {
             let mut base = BaseShare::new(&constants, period);
             let each = forces.iter().enumerate().map(|(k, force)| {
                 let (x, v) = (position[k], velocity[k]);
                 let pushed: f64 = effects
                     .iter()
-                    .map(|effect| effect.push(x, v) + if ripple { force * effect.ripple(x) } else { 0.0 })
+                    .map(|effect| {
+                        effect.push(x, v) + if changes { force * effect.motor_change(x, *force) } else { 0.0 }
+                    })
                     .sum();
                 let time_s = run.begins_s + run.time_s(k);
                 let shaken: f64 = effects.iter().map(|effect| effect.shake(time_s)).sum();
@@ -105,7 +107,7 @@ impl Motion {
             });
             each.collect()
         };
-        // Thrust that was measured has the motor's ripple in it already.
+        // Thrust that was measured has ripple and saturation of the motor in it already.
         let measured_thrust = run.signal(Signal::Thrust).is_some();
         let missing_force = lacking(!measured_thrust, &motor_force);
         let missing_drive_force = lacking(true, &drive_force);

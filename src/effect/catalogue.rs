@@ -177,10 +177,10 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.shake(time_s),)+ }
             }
 
-            /// See [`Law::ripple`].
+            /// See [`Law::motor_change`].
             #[inline]
-            pub fn ripple(&self, position: f64) -> f64 {
-                match self { $(Self::$law(law) => law.ripple(position),)+ }
+            pub fn motor_change(&self, position: f64, force: f64) -> f64 {
+                match self { $(Self::$law(law) => law.motor_change(position, force),)+ }
             }
 
             /// See [`Law::stops`].

@@ -29,6 +29,8 @@ pub struct Constants {
     pub rotor_inertia: f64,
     /// Whether a transmission lies between motor and joint.
     pub has_transmission: bool,
+    /// Whether weight along the joint changes with its position: a revolute axis whose moving part is off its centre.
+    pub has_turning_weight: bool,
     /// Viscous coefficient of the guide in N·s/m, or N·m·s/rad.
     pub viscous: f64,
     /// Dry friction of the guide; effects state it.

@@ -80,7 +80,7 @@ impl Law for ForceRipple {
         Parameter::same("cosine_2", "1"),
     ];
     const FORM: &'static [FormNumber] = HIGHER;
-    const DOORS: &'static [Door] = &[Door::Ripple];
+    const DOORS: &'static [Door] = &[Door::MotorForce];
 
     fn fault(&self) -> Option<String> {
         not_positive("period_m", self.period_m)
@@ -95,7 +95,7 @@ impl Law for ForceRipple {
     }
 
     #[inline]
-    fn ripple(&self, position: f64) -> f64 {
+    fn motor_change(&self, position: f64, _force: f64) -> f64 {
         wave(self.period_m, [self.sine, self.cosine, self.sine_2, self.cosine_2], self.higher(), position)
     }
 

@@ -50,8 +50,8 @@ macro_rules! further {
             }
 
             #[inline]
-            fn ripple(&self, position: f64) -> f64 {
-                self.0.ripple(position)
+            fn motor_change(&self, position: f64, force: f64) -> f64 {
+                self.0.motor_change(position, force)
             }
 
             fn neutral(constants: &Constants) -> Vec<f64> {

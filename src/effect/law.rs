@@ -182,6 +182,8 @@ pub enum Nominal {
     Resistance,
     /// Inductance of the winding.
     Inductance,
+    /// Zero of the encoder.
+    EncoderZero,
 }
 
 /// A way in which a law acts on the twin, beside moving its constants.
@@ -191,8 +193,8 @@ pub enum Door {
     Push,
     /// [`Law::shake`].
     Shake,
-    /// [`Law::ripple`].
-    Ripple,
+    /// [`Law::motor_change`].
+    MotorForce,
     /// [`Law::stops`].
     Transmission,
     /// [`Law::read`].
@@ -251,8 +253,8 @@ pub trait Law: Sized {
         0.0
     }
 
-    /// Relative change of the motor's force at a position.
-    fn ripple(&self, _position: f64) -> f64 {
+    /// Relative change of the motor's force at a position, from what it would be: `Kt·i`, or K·u, in N or N·m.
+    fn motor_change(&self, _position: f64, _force: f64) -> f64 {
         0.0
     }
 

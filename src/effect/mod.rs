@@ -37,10 +37,12 @@ pub mod dead_zone;
 pub mod encoder_periodic_error;
 pub mod encoder_resolution;
 pub mod encoder_scale;
+pub mod encoder_zero;
 pub mod external_vibration;
 pub mod flexible_mode;
 pub mod force_constant;
 pub mod force_ripple;
+pub mod force_saturation;
 pub mod friction_drift;
 pub mod further_pitch;
 mod harmonics;
@@ -81,10 +83,12 @@ pub use dead_zone::DeadZone;
 pub use encoder_periodic_error::EncoderPeriodicError;
 pub use encoder_resolution::EncoderResolution;
 pub use encoder_scale::EncoderScale;
+pub use encoder_zero::EncoderZero;
 pub use external_vibration::ExternalVibration;
 pub use flexible_mode::FlexibleMode;
 pub use force_constant::ForceConstant;
 pub use force_ripple::ForceRipple;
+pub use force_saturation::ForceSaturation;
 pub use friction_drift::FrictionDrift;
 pub use further_pitch::{SecondCogging, SecondForceRipple, ThirdCogging};
 pub use law::{Door, FormNumber, Law, Nominal, Parameter, Site};
@@ -124,6 +128,7 @@ macro_rules! every_law {
             winding_inductance: WindingInductance,
             back_emf: BackEmf,
             force_constant: ForceConstant,
+            force_saturation: ForceSaturation,
             force_ripple: ForceRipple,
             second_force_ripple: SecondForceRipple,
             cogging: Cogging,
@@ -147,6 +152,7 @@ macro_rules! every_law {
             screw_error: ScrewError,
             sensor_scale: SensorScale,
             encoder_scale: EncoderScale,
+            encoder_zero: EncoderZero,
             encoder_periodic_error: EncoderPeriodicError,
             encoder_resolution: EncoderResolution,
             velocity_filter: VelocityFilter,

@@ -14,7 +14,7 @@ pub enum Stretch {
     VelocityEstimate,
     /// From effort to current: amplifier and circuit.
     Drive,
-    /// From current to motor force: force constant and its ripple.
+    /// From current to motor force: force constant, its ripple and saturation.
     MotorForce,
     /// From motor force to reading: forces on the moving part, structure, drive train, measure of the encoder.
     Mechanics,

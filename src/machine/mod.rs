@@ -276,6 +276,13 @@ impl Machine {
             moving_mass: self.solid.moving_inertia_along_joint() + rotor_inertia,
             rotor_inertia,
             has_transmission: d.transmission.is_some(),
+            has_turning_weight: self.motion() == Motion::Revolute
+                && Weight::of(
+                    &self.solid.joint,
+                    &self.moving_body(),
+                    self.solid.moving_inertia_along_joint(),
+                )
+                .is_some(),
             viscous: d.guide.viscous_n_s_per_m,
             friction: DryFriction::default(),
             has_slider_loads: d.guide.sliders.len() == SLIDERS && self.motion() == Motion::Prismatic,

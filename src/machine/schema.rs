@@ -6,7 +6,7 @@ use serde_json::{Value, json};
 use super::Description;
 
 /// Keys and how they may be spelt otherwise, in the units of the other kind of axis; schemars does not know aliases.
-const OTHERWISE: [(&str, &str); 26] = [
+const OTHERWISE: [(&str, &str); 27] = [
     ("back_emf_v_s_per_m", "back_emf_v_s_per_rad"),
     ("centre_m", "centre_rad"),
     ("cosine_2_n", "cosine_2_nm"),
@@ -25,6 +25,7 @@ const OTHERWISE: [(&str, &str); 26] = [
     ("position_gain_v_per_m", "position_gain_v_per_rad"),
     ("ratio", "ratio_rad_per_m"),
     ("resolution_m", "resolution_rad"),
+    ("saturation_per_n", "saturation_per_nm"),
     ("sine_2_n", "sine_2_nm"),
     ("sine_m", "sine_rad"),
     ("sine_n", "sine_nm"),

@@ -4,7 +4,7 @@ use super::bounds::zero_or_more;
 use crate::error::Result;
 use serde::{Deserialize, Serialize};
 
-/// Tolerances of the stated constants, as fractions of their values.
+/// Tolerances of the stated constants, as fractions of their values; that of a zero in rad.
 ///
 /// Inside its tolerance a deviation is *calibration*: estimated together with every hypothesis and reported
 /// as such. Beyond it, it is a cause.
@@ -21,6 +21,8 @@ pub struct Tolerance {
     pub resistance: f64,
     /// Inductance of the winding.
     pub inductance: f64,
+    /// Zero of the encoder of a revolute axis that has weight, in rad.
+    pub zero_rad: f64,
     /// Parameters of effects that the twin already has.
     pub effect: f64,
 }
@@ -33,6 +35,7 @@ impl Default for Tolerance {
             force_constant: 0.015,
             resistance: 0.03,
             inductance: 0.05,
+            zero_rad: 0.01,
             effect: 0.10,
         }
     }
@@ -45,6 +48,7 @@ impl Tolerance {
         zero_or_more("tolerance.force_constant", self.force_constant)?;
         zero_or_more("tolerance.resistance", self.resistance)?;
         zero_or_more("tolerance.inductance", self.inductance)?;
+        zero_or_more("tolerance.zero_rad", self.zero_rad)?;
         zero_or_more("tolerance.effect", self.effect)
     }
 }

@@ -44,7 +44,7 @@ pub trait Plant {
     /// that [`position`](Plant::position), [`velocity`](Plant::velocity) and [`current`](Plant::current) show.
     fn coast(&mut self, drive: Drive) -> Coast;
 
-    /// Makes the step that was last looked at: `motor` is what acts at the motor beside its own force (force ripple),
+    /// Makes the step that was last looked at: `motor` is what acts at the motor beside its force in proportion to current (ripple, saturation),
     /// `guide` what acts at the guide.
     fn advance(&mut self, motor: StepForce, guide: StepForce);
 

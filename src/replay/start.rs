@@ -163,7 +163,7 @@ impl Start {
         }
     }
 
-    /// The motor's force or torque, ripple left out, in N or N·m.
+    /// The motor's force or torque in proportion to its current, in N or N·m.
     pub fn motor_force(&self, constants: &Constants) -> f64 {
         match constants.circuit {
             Circuit::Winding { force_constant, .. } => force_constant * self.current_a(constants),

@@ -57,6 +57,9 @@ fn setting(effect: EffectId) -> &'static str {
         E::BackEmf | E::ForceConstant => {
             "enter the motor constant again, since feed-forward and limits scale with it"
         }
+        E::ForceSaturation => {
+            "enter the saturation of the motor where the drive has a table for it, else a lower peak current"
+        }
         E::ForceRipple | E::SecondForceRipple | E::Cogging | E::SecondCogging | E::ThirdCogging => {
             "cogging compensation, a force table over position with the pitch below"
         }
@@ -84,6 +87,7 @@ fn setting(effect: EffectId) -> &'static str {
         E::ScrewError => "lead-screw error compensation, a position table with the pitch below",
         E::SensorScale => "set the scaling of the logged signal",
         E::EncoderScale => "set the scale of the encoder",
+        E::EncoderZero => "set the zero of the encoder where the part hangs at rest",
         E::EncoderPeriodicError => "adjust offset, gain and phase of the encoder's signals",
         E::EncoderResolution => "set the resolution of the encoder, or filter the velocity",
     }

@@ -8,7 +8,7 @@ use rand::RngExt;
 use rand::rngs::StdRng;
 use serde::{Deserialize, Serialize};
 
-/// By how much the real machine differs from its file, as fractions.
+/// By how much the real machine differs from its file, as fractions; a zero in rad.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct NominalErrors {
     /// Moving mass or inertia.
@@ -21,6 +21,9 @@ pub struct NominalErrors {
     pub resistance: f64,
     /// Inductance of the winding.
     pub inductance: f64,
+    /// Zero of the encoder, in rad; of a revolute axis that has weight.
+    #[serde(default)]
+    pub zero_rad: f64,
     /// Modal masses of the base, each.
     pub modal_mass: Vec<f64>,
 }
@@ -45,6 +48,9 @@ impl Care {
     }
 }
 
+/// The key of the encoder's zero.
+const ZERO: &str = "effect.encoder_zero.zero_rad";
+
 const CAREFUL: f64 = 1.0 / 6.0;
 const POOR: f64 = 1.0 / 3.0;
 /// Modal masses have no tolerance; so much of an error stays below the noise of a fine encoder.
@@ -54,6 +60,7 @@ impl NominalErrors {
     /// Draws the errors of a machine.
     pub fn draw(machine: &Machine, care: Care, random: &mut StdRng) -> Self {
         let tolerance = &machine.description().tolerance;
+        let constants = machine.constants();
         let mut error = |tolerance: f64| care.off(tolerance, random.random_range(-1.0..1.0));
         Self {
             mass: error(tolerance.mass),
@@ -61,7 +68,8 @@ impl NominalErrors {
             force_constant: error(tolerance.force_constant),
             resistance: error(tolerance.resistance),
             inductance: error(tolerance.inductance),
-            modal_mass: (0..machine.constants().modes.len())
+            zero_rad: if constants.has_turning_weight { error(tolerance.zero_rad) } else { 0.0 },
+            modal_mass: (0..constants.modes.len())
                 .map(|_| random.random_range(-MODAL_MASS..MODAL_MASS))
                 .collect(),
         }
@@ -104,6 +112,10 @@ impl NominalErrors {
         let modes = d.base.iter().flat_map(|base| &base.mode);
         for ((k, mode), error) in modes.enumerate().zip(&self.modal_mass) {
             settings.push((format!("base.mode.{k}.mass_kg"), mode.mass_kg() * (1.0 + error)));
+        }
+        if self.zero_rad != 0.0 {
+            let stated = machine.number(ZERO).unwrap_or(0.0);
+            settings.push((ZERO.to_owned(), stated + self.zero_rad));
         }
         let (path, payload) = payload(machine, self.mass * constants.moving_mass);
         settings.push((path, payload));

@@ -128,7 +128,7 @@ impl<'a> Real<'a> {
 
     /// The machine with each constant that has a tolerance moved by a share of it, one at a time.
     pub fn moved(&self, share: f64) -> Vec<Self> {
-        let Tolerance { mass, viscous, force_constant, resistance, inductance, effect } =
+        let Tolerance { mass, viscous, force_constant, resistance, inductance, zero_rad, effect } =
             self.machine.description().tolerance.clone();
         let mut moved = Vec::new();
         let mut nominal = |part: fn(&mut NominalErrors) -> &mut f64, tolerance: f64| {
@@ -141,6 +141,9 @@ impl<'a> Real<'a> {
         nominal(|n| &mut n.force_constant, force_constant);
         nominal(|n| &mut n.resistance, resistance);
         nominal(|n| &mut n.inductance, inductance);
+        if self.quiet.has_turning_weight {
+            nominal(|n| &mut n.zero_rad, zero_rad);
+        }
         for (place, known) in self.known.iter().enumerate() {
             for parameter in 0..known.values.len() {
                 let mut one = self.clone();

@@ -37,7 +37,8 @@ pub(super) struct Laws {
     drag: f64,
     pushes: Vec<Effect>,
     shakes: Vec<Effect>,
-    ripples: Vec<Effect>,
+    /// Laws that change the motor's force.
+    changes: Vec<Effect>,
     transmissions: Vec<Effect>,
     /// Share of the motor's travel by which the load is carried along inside a play.
     carried: f64,
@@ -52,7 +53,7 @@ pub(super) struct Laws {
 /// Forces along the joint where a replay begins, in N or N·m, positive in the joint's positive direction.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InitialForces {
-    /// The motor's force, ripple left out.
+    /// The motor's force, in proportion to its current.
     pub motor: f64,
     /// Weight along the joint.
     pub weight: f64,
@@ -73,7 +74,7 @@ impl Laws {
             drag: dry.drag(constants.viscous),
             pushes: through(Door::Push),
             shakes: through(Door::Shake),
-            ripples: through(Door::Ripple),
+            changes: through(Door::MotorForce),
             transmissions: through(Door::Transmission),
             carried: acting.iter().map(Effect::carried).fold(0.0, f64::max),
             readings: through(Door::Reading),
@@ -88,7 +89,7 @@ impl Laws {
 
     /// Dry friction in the positive and the negative direction, where nothing else acts on the guide.
     pub fn constant_friction(&self) -> Option<[f64; 2]> {
-        let alone = [&self.pushes, &self.shakes, &self.ripples].iter().all(|laws| laws.is_empty())
+        let alone = [&self.pushes, &self.shakes, &self.changes].iter().all(|laws| laws.is_empty())
             && !self.varies()
             && !self.dry.has_place_or_time()
             && self.dry.bristle.is_none()
@@ -102,15 +103,19 @@ impl Laws {
         self.dry.varies() || self.drag != 0.0
     }
 
-    /// Whether sensors show the motor's position as it is, and ripple is none of their business.
+    /// Whether sensors show the motor's position as it is, and its force is in proportion to the current.
     pub fn shows_position(&self) -> bool {
-        self.readings.is_empty() && self.transmissions.is_empty() && self.ripples.is_empty()
+        self.readings.is_empty() && self.transmissions.is_empty() && self.changes.is_empty()
     }
 
-    /// What ripple adds to the motor's force over a step that begins at `position`.
+    /// What laws that change the motor's force add to it over a step that begins at `position`.
     #[inline(always)]
-    pub fn ripple_over(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
-        if self.ripples.is_empty() { StepForce::ZERO } else { self.some_ripple(coast, position, step_s) }
+    pub fn motor_change_over(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+        if self.changes.is_empty() {
+            StepForce::ZERO
+        } else {
+            self.some_motor_change(coast, position, step_s)
+        }
     }
 
     /// What forces of position, velocity and time exert over a step.
@@ -126,7 +131,7 @@ impl Laws {
     // Both are taken at two points of the step, as they would be without friction.
 
     #[inline(never)]
-    fn some_ripple(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+    fn some_motor_change(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
         let [begin_n, end_n] = coast.motor_force;
         let decays = self.winding_rate_per_s * step_s;
         let bend = 0.5 * decays;
@@ -138,7 +143,7 @@ impl Laws {
                 (-decays * share).exp_m1() / (-decays).exp_m1()
             };
             let motor_n = begin_n + changed * (end_n - begin_n);
-            motor_n * (self.ripple(position + coast.free_travel_until(share, step_s)) - 1.0)
+            motor_n * (self.motor_factor(position + coast.free_travel_until(share, step_s), motor_n) - 1.0)
         };
         StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
     }
@@ -295,7 +300,9 @@ impl Laws {
         }
         let pushes = self.pushes.iter().map(|effect| effect.push(position, velocity));
         let shakes = self.shakes.iter().map(|effect| effect.shake(clock_s));
-        let acting = start.motor * self.ripple(position) + pushes.chain(shakes).sum::<f64>() + start.weight;
+        let acting = start.motor * self.motor_factor(position, start.motor)
+            + pushes.chain(shakes).sum::<f64>()
+            + start.weight;
         let balance = start.inertial.map(|inertial| inertial - acting);
         let loaded = self.loaded.as_ref().map_or([0.0; 2], |friction| {
             friction.levels(None, [start.motor, balance.unwrap_or(0.0)], position)
@@ -310,10 +317,10 @@ impl Laws {
         }
     }
 
-    /// The motor's force per its nominal one.
+    /// The motor's force per `force`, which would be in proportion to the current.
     #[inline]
-    pub fn ripple(&self, position: f64) -> f64 {
-        1.0 + self.ripples.iter().map(|effect| effect.ripple(position)).sum::<f64>()
+    pub fn motor_factor(&self, position: f64, force: f64) -> f64 {
+        1.0 + self.changes.iter().map(|effect| effect.motor_change(position, force)).sum::<f64>()
     }
 
     /// Stops between which the drive train holds the load while the motor's end stands at `motor`.

@@ -316,7 +316,8 @@ impl Path {
         // A direct motor follows its voltage at once.
         let current = if self.has_winding { current_a } else { applied_v[usize::from(is_split)] };
         self.moving.thrust_rise = command.thrust_rise;
-        let own_thrust = current * self.force_constant * self.laws.ripple(motor);
+        let proportional = current * self.force_constant;
+        let own_thrust = proportional * self.laws.motor_factor(motor, proportional);
         let sample = Sample {
             position,
             velocity,
@@ -353,24 +354,24 @@ impl Path {
         let here = Here { position, step_s: self.step_s, clock_s: self.moving.clock_s };
         self.moving.clock_s += self.step_s;
         let push = self.laws.push_over(coast, here);
-        let ripple = match drive {
-            Drive::Voltage { .. } => self.laws.ripple_over(coast, position, self.step_s),
-            // A force in the motor's place was measured as it came out: ripple is in it, its rise is left to add.
+        let change = match drive {
+            Drive::Voltage { .. } => self.laws.motor_change_over(coast, position, self.step_s),
+            // A force in the motor's place was measured as it came out, changes included: its rise is left to add.
             Drive::Force(_) => {
                 StepForce { mean: 0.0, rise: self.moving.thrust_rise / self.switches.len() as f64 }
             }
         };
         let before = self.moving.forces;
-        let motor = 0.5 * (begin_n + end_n) + ripple.mean;
+        let motor = 0.5 * (begin_n + end_n) + change.mean;
         let levels = |of: &LoadFriction| match of.load() {
             Load::Sliders(_) => of.levels(loads(), before, position),
             Load::Transmitted(_) => of.levels(None, [motor, before[1]], position),
         };
-        let coast = coast.under(ripple + push);
+        let coast = coast.under(change + push);
         let [weight, friction] = self.laws.weight_and_friction(coast, here, &mut self.moving.bristle, levels);
         let guide = push + friction;
         self.moving.forces = [motor, guide.mean];
-        [ripple, guide + weight]
+        [change, guide + weight]
     }
 
     #[inline]

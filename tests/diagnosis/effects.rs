@@ -72,7 +72,7 @@ const fn equal(hidden: &'static str, parameter: &'static str, equals: &'static [
     Case { hidden, parameter, within: 0.05, equals }
 }
 
-const DRIVE: [Case; 17] = [
+const DRIVE: [Case; 18] = [
     case("position_gain factor=1.1", "factor", 0.01),
     case("velocity_gain factor=0.9", "factor", 0.01),
     case("integral_gain factor=1.2", "factor", 0.01),
@@ -85,6 +85,7 @@ const DRIVE: [Case; 17] = [
     case("winding_inductance inductance_h=0.011", "inductance_h", 0.01),
     case("back_emf back_emf_v_s_per_m=20", "back_emf_v_s_per_m", 0.01),
     case("force_constant factor=0.9", "factor", 0.01),
+    case("force_saturation saturation_per_n=4e-4", "saturation_per_n", 0.02),
     case("force_ripple period_m=0.012 sine=0.03 cosine=0.01", "period_m", 0.01),
     case("cogging period_m=0.012 sine_n=8 cosine_n=3 sine_2_n=2", "sine_n", 0.03),
     case("current_loop bandwidth_hz=20", "bandwidth_hz", 0.01),
@@ -274,9 +275,12 @@ fn ref_phase_of_a_vibration_is_told_for_each_run() {
     assert!(report.contains(&format!("phase_rad in {}", told[0].run)), "{report}");
 }
 
+/// Effects that a table does not have: that of an axis with a weight that turns, in `payload_lever`.
+const ELSEWHERE: [EffectId; 1] = [EffectId::EncoderZero];
+
 #[test]
 fn exact_every_effect_of_the_catalogue_has_its_case() {
-    for effect in EffectId::ALL {
+    for effect in EffectId::ALL.iter().filter(|effect| !ELSEWHERE.contains(effect)) {
         let has = |case: &Case| {
             settings(case.hidden).0 == effect.name() || modified(case.hidden).contains(&effect.name())
         };
@@ -290,7 +294,7 @@ fn ref_effects_that_the_data_do_not_excite_are_not_named() {
     let hidden = [
         "position_gain factor=1.000001 & voltage_saturation limit_v=30 & dead_zone half_width_v=1e-7 & \
          amplifier_offset offset_v=1e-7 & back_emf back_emf_v_s_per_m=1e-5 & \
-         force_ripple period_m=0.012 sine=1e-7 cosine=0 & cogging period_m=0.012 sine_n=1e-4 cosine_n=0",
+         force_saturation saturation_per_n=1e-9 & force_ripple period_m=0.012 sine=1e-7 cosine=0 & cogging period_m=0.012 sine_n=1e-4 cosine_n=0",
         "coulomb_friction force_n=5e-5 & stribeck_friction peak_ratio=2 stribeck_velocity_m_per_s=0.01 & \
          presliding stiffness_n_per_m=1e5 & load_dependent_friction coefficient=1e-7 & \
          local_friction force_n=1e-4 centre_m=0.02 width_m=0.015 & cable_spring stiffness_n_per_m=1e-3 centre_m=0.02 & \

@@ -16,7 +16,7 @@ use std::f64::consts::FRAC_PI_2;
 use std::path::Path;
 
 /// What may be named: the payload, what else is a torque of the angle, and what else is in proportion to acceleration.
-const CATALOGUE: [EffectId; 9] = [
+const CATALOGUE: [EffectId; 10] = [
     EffectId::LoopDelay,
     EffectId::WindingResistance,
     EffectId::ForceConstant,
@@ -26,6 +26,7 @@ const CATALOGUE: [EffectId; 9] = [
     EffectId::ConstantForce,
     EffectId::CableSpring,
     EffectId::Payload,
+    EffectId::EncoderZero,
 ];
 
 /// The pendulum's mass at its lever, which is not in the twin.
@@ -123,6 +124,31 @@ fn ref_balanced_payload_has_no_moment() {
     assert_eq!((d.causes.len(), d.causes[0].effect.as_str()), (1, "payload"));
     assert!((found[INERTIA].value / 2e-3 - 1.0).abs() < WITHIN, "{found:?}");
     assert!(found[MOMENT].value.abs() < 1e-4, "{found:?}");
+}
+
+/// A zero of the encoder that is 0.1 rad off against gravity is named with its size and not as a constant torque; one inside
+/// its tolerance is calibration, and no cause.
+#[test]
+fn ref_zero_off_against_gravity_is_found_on_a_pendulum() {
+    let stated = pendulum(LEVEL);
+    let d = told("zero", &stated, &with(&stated, &[("effect.encoder_zero.zero_rad", -0.1)]));
+    let names: Vec<&str> = d.causes.iter().map(|cause| cause.effect.as_str()).collect();
+    assert_eq!((d.verdict, names), (Verdict::Cause, vec!["encoder_zero"]));
+    let found = &d.causes[0].parameters["zero_rad"];
+    assert!((found.value / -0.1 - 1.0).abs() < WITHIN, "{found:?}");
+    assert!(d.gap.closed > 0.99 && d.gap.rigid_body.as_ref().unwrap().closed > 0.99, "{:?}", d.gap);
+    let d = told("zero within", &stated, &with(&stated, &[("effect.encoder_zero.zero_rad", 0.006)]));
+    // The rigid-body scene's own step leaves 2 σ on this pendulum, with a zero that is right as well.
+    let calibrated = d.calibration.iter().find(|c| c.path == "effect.encoder_zero.zero_rad").unwrap();
+    assert!((calibrated.parameter.value / 0.006 - 1.0).abs() < WITHIN, "{calibrated:?}");
+    assert!(d.causes.is_empty() && d.gap.after < 3.0, "{:?} {:?}", d.verdict, d.causes);
+}
+
+/// About an upright axis nothing tells where zero is.
+#[test]
+fn exact_no_zero_without_a_weight_that_turns() {
+    assert!(EffectId::EncoderZero.applies(&pendulum(LEVEL).constants()));
+    assert!(!EffectId::EncoderZero.applies(&pendulum(UPRIGHT).constants()));
 }
 
 /// About an upright axis the lever acts through inertia alone, and no moment is told.

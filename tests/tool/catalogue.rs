@@ -199,11 +199,11 @@ fn exact_doors_are_those_that_change_something() {
             let acts = |door: Door| match door {
                 Door::Push => law.push(position, velocity) != 0.0,
                 Door::Shake => law.shake(position) != 0.0,
-                Door::Ripple => law.ripple(position) != 0.0,
+                Door::MotorForce => law.motor_change(position, 100.0) != 0.0,
                 Door::Transmission => law.stops([position; 2]) != [position; 2],
                 Door::Reading => law.read(position) != position,
             };
-            for door in [Door::Push, Door::Shake, Door::Ripple, Door::Transmission, Door::Reading] {
+            for door in [Door::Push, Door::Shake, Door::MotorForce, Door::Transmission, Door::Reading] {
                 assert_eq!(acts(door), law.acts_through(door), "{}, {door:?} at {position}", effect.name());
             }
         }

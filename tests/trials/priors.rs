@@ -148,6 +148,10 @@ fn controller_and_drive(effect: EffectId, m: &Machinery) -> Option<Vec<Claim>> {
         EffectId::BackEmf if back_emf > 0.0 => vec![own(0, Even, times(back_emf, (0.8, 1.05)))],
         EffectId::BackEmf => vec![own(0, Log, times(force_constant, (0.02, 1.0)))],
         EffectId::ForceConstant => vec![own(0, Even, (0.80, 1.05))],
+        EffectId::ForceSaturation => {
+            let peak = 4.0 * m.rated_force;
+            vec![claim("loss at the peak", Log, (0.03, 0.40), move |v| v[0] * peak / (1.0 + v[0] * peak))]
+        }
         EffectId::ForceRipple | EffectId::SecondForceRipple => wave(m, (0.01, 0.15)),
         EffectId::Cogging | EffectId::SecondCogging | EffectId::ThirdCogging => {
             wave(m, times(m.rated_force, (0.005, 0.10)))
@@ -253,6 +257,7 @@ fn sensor(effect: EffectId, m: &Machinery) -> Option<Vec<Claim>> {
         EffectId::EncoderScale => {
             vec![signed(claim("off", Somehow, (1e-5, 0.20), |v| v[0] - 1.0))]
         }
+        EffectId::EncoderZero => vec![signed(own(0, Somehow, (0.01, TAU / 15.0)))],
         EffectId::EncoderPeriodicError => {
             let (pitch, error) = if is_prismatic {
                 ((4e-6, 4e-3), (10e-9, 500e-9))

@@ -1,7 +1,7 @@
 //! Factors of what a machine file states.
 
 use super::{Estimate, Screen};
-use crate::effect::{EncoderScale, ForceConstant, SensorScale};
+use crate::effect::{EncoderScale, EncoderZero, ForceConstant, ForceSaturation, SensorScale};
 
 impl Estimate for ForceConstant {
     fn start(_screen: &Screen) -> Vec<Vec<f64>> {
@@ -10,6 +10,26 @@ impl Estimate for ForceConstant {
 
     fn range(_screen: &Screen) -> Vec<(f64, f64)> {
         vec![(0.2, 5.0)]
+    }
+}
+
+/// Shares of the largest force that are lost, to start a fit from.
+const LOST: [f64; 3] = [0.02, 0.1, 0.3];
+/// Share of the largest force that a fit may come to lose.
+const MOST_LOST: f64 = 0.9;
+
+/// Saturation at which this share of the largest force in proportion to current is lost.
+fn saturation(screen: &Screen, lost: f64) -> f64 {
+    lost / (1.0 - lost) / screen.largest_force.max(f64::MIN_POSITIVE)
+}
+
+impl Estimate for ForceSaturation {
+    fn start(screen: &Screen) -> Vec<Vec<f64>> {
+        LOST.iter().map(|&lost| vec![saturation(screen, lost)]).collect()
+    }
+
+    fn range(screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(0.0, saturation(screen, MOST_LOST))]
     }
 }
 
@@ -32,3 +52,18 @@ impl Estimate for EncoderScale {
         vec![(0.2, 5.0)]
     }
 }
+
+impl Estimate for EncoderZero {
+    const CUMULATIVE: bool = true;
+
+    fn start(_screen: &Screen) -> Vec<Vec<f64>> {
+        vec![vec![0.0]]
+    }
+
+    fn range(_screen: &Screen) -> Vec<(f64, f64)> {
+        vec![(-MOST_TURNED_RAD, MOST_TURNED_RAD)]
+    }
+}
+
+/// Largest error of a zero that a fit may come to: beyond a right angle weight pulls the other way.
+const MOST_TURNED_RAD: f64 = 1.0;

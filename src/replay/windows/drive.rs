@@ -77,13 +77,20 @@ impl Drive {
             };
         }
         let effects = machine.effects();
-        let ripples: Vec<&Effect> = effects.iter().filter(|e| e.acts_through(Door::Ripple)).collect();
+        let changes: Vec<&Effect> = effects.iter().filter(|e| e.acts_through(Door::MotorForce)).collect();
         let position = run.signal(Signal::Position).unwrap_or_default();
-        let ripple = |x: &f64| 1.0 + ripples.iter().map(|effect| effect.ripple(*x)).sum::<f64>();
-        let per_ampere: Vec<f64> = position.iter().map(|x| constant * ripple(x)).collect();
-        if windowed.input == Input::Current {
-            for (k, (sample, force)) in samples.iter_mut().zip(&per_ampere).enumerate() {
-                *sample = force * (*sample + noise_a.get(k).unwrap_or(&0.0)) / scale.current;
+        let factor = |position: f64, proportional: f64| {
+            1.0 + changes.iter().map(|effect| effect.motor_change(position, proportional)).sum::<f64>()
+        };
+        let is_current = windowed.input == Input::Current;
+        let mut per_ampere = Vec::with_capacity(samples.len());
+        for (k, (sample, x)) in samples.iter_mut().zip(position).enumerate() {
+            if is_current {
+                let proportional = constant * (*sample + noise_a.get(k).unwrap_or(&0.0)) / scale.current;
+                per_ampere.push(constant * factor(*x, proportional));
+                *sample = proportional * factor(*x, proportional);
+            } else {
+                per_ampere.push(constant * factor(*x, proportional_to(*sample, |force| factor(*x, force))));
             }
         }
         let (weights, rise_weight) = period_weights(&constants);
@@ -125,6 +132,22 @@ impl Drive {
     }
 }
 
+/// The force in proportion to the current, F₀, of which `factor` leaves `force`: `F = F₀·factor(F₀)`.
+///
+/// Two rounds of Aitken's extrapolation of `F₀ = F/factor(F₀)`, which is linear in F₀ for a motor that saturates: exact there, and
+/// where the factor does not depend on F₀. A force beyond what the motor can give takes the current at which it loses the most.
+fn proportional_to(force: f64, factor: impl Fn(f64) -> f64) -> f64 {
+    let next = |proportional: f64| force / factor(proportional);
+    (0..2).fold(force, |from, _| {
+        let (first, second) = (next(from), next(next(from)));
+        let slope = if first == from { 0.0 } else { (second - first) / (first - from) };
+        from + (first - from) / (1.0 - slope.clamp(-STEEPEST, STEEPEST))
+    })
+}
+
+/// Steepest slope of `F/factor(F₀)` that is extrapolated: at a slope of 1 no current gives the force.
+const STEEPEST: f64 = 0.99;
+
 /// Noise of the current sensor, drawn apart from the other sensors'.
 fn current_noise(machine: &Machine, sensing: Sensing, samples: usize) -> Vec<f64> {
     let (sigma, Sensing::AsStated { seed }) = (machine.description().current_sensor.noise_a, sensing) else {
@@ -137,4 +160,23 @@ fn current_noise(machine: &Machine, sensing: Sensing, samples: usize) -> Vec<f64
             sigma * noise
         })
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The inverse of a saturation of 0.01 per newton, of a constant factor, and of both together.
+    #[test]
+    fn exact_the_force_before_its_losses_is_found() {
+        let saturated = |f: f64| 1.0 / (1.0 + 0.01 * f.abs());
+        for proportional in [-150.0, -1.0, 0.0, 30.0, 100.0] {
+            let found = proportional_to(proportional * saturated(proportional), saturated);
+            assert!((found - proportional).abs() < 1e-9, "{found} for {proportional}");
+            assert!((proportional_to(0.9 * proportional, |_| 0.9) - proportional).abs() < 1e-9);
+            let both = |f: f64| saturated(f) + 0.02;
+            let found = proportional_to(proportional * both(proportional), both);
+            assert!((found - proportional).abs() <= 1e-3 * proportional.abs(), "{found} for {proportional}");
+        }
+    }
 }
