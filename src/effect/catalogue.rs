@@ -90,6 +90,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::lacks(constants),)+ }
             }
 
+            /// Whether a machine with these constants has nothing that the effect could change: it would do nothing.
+            pub fn has_nothing_to_change(self, constants: &Constants) -> bool {
+                self.lacks(constants) == Some(law::NOTHING_TO_CHANGE)
+            }
+
             /// See [`Law::draw`].
             pub fn draw(self, machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
                 match self { $(Self::$law => <$law as Law>::draw(machine, prior),)+ }

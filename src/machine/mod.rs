@@ -158,6 +158,20 @@ impl Machine {
         Ok(machine)
     }
 
+    /// Refuses an effect that the machine has nothing for: stated, it would be ignored.
+    fn check_effects_act(&self) -> Result<()> {
+        let stated = self.stated_constants();
+        let Some(effect) = self.effects().into_iter().find(|e| e.id().has_nothing_to_change(&stated)) else {
+            return Ok(());
+        };
+        Err(Error::new(ErrorKind::Inconsistent)
+            .file(&self.file)
+            .key(format!("effect.{}", effect.id().name()))
+            .found("an effect of something that this machine does not have")
+            .expected(format!("a machine with it; `slideway effects {}` says what it acts on", effect.id().name()))
+            .remedy("take the effect out, or state what it acts on"))
+    }
+
     fn check_against_solid(&self) -> Result<()> {
         let constants = self.constants();
         if constants.moving_mass.is_nan() || constants.moving_mass <= 0.0 {
@@ -177,6 +191,7 @@ impl Machine {
                 .expected("none: resistance, inductance and back-EMF are inside the closed current loop")
                 .remedy("take the effect out, or describe the motor as a winding"));
         }
+        self.check_effects_act()?;
         if constants.rotor_inertia > 0.0 && !constants.modes.as_slice().is_empty() {
             return Err(Error::new(ErrorKind::Inconsistent)
                 .file(&self.file)

@@ -5,6 +5,7 @@ use crate::support::{self, needs};
 use nalgebra::Complex;
 use slideway::controller::regression::gain_regression;
 use slideway::controller::regressor::Unknown;
+use slideway::effect::EffectId;
 use slideway::error::ErrorKind;
 use slideway::identify::excitation::Outcome;
 use slideway::identify::stepped_sine::{Gain, sines};
@@ -553,8 +554,11 @@ fn ref_published_friction_models_leave_what_their_authors_report() {
 
 #[test]
 fn exact_what_cannot_be_is_refused_by_name() {
-    let (servo, grinder) = (machine("xl330"), machine("grinder"));
+    let (servo, grinder, screw) = (machine("xl330"), machine("grinder"), machine("emps"));
     for (machine, key, value) in [
+        // It has neither sliders with known loads nor a transmission, and no weight that turns.
+        (&screw, "effect.load_dependent_friction", 0.1),
+        (&grinder, "effect.encoder_zero", 0.1),
         (&servo, "amplifier.supply_v", 0.0),
         (&servo, "transmission.ratio", -2.0),
         (&servo, "transmission.rotor_inertia_kg_m2", -1.0),
@@ -562,7 +566,9 @@ fn exact_what_cannot_be_is_refused_by_name() {
         // Its base has modes.
         (&grinder, "transmission.rotor_inertia_kg_m2", 1e-3),
     ] {
-        let error = machine.with_settings([(key, value.into())]).unwrap_err();
+        let own = key.strip_prefix("effect.").and_then(|id| EffectId::ALL.iter().find(|e| e.name() == id));
+        let path = own.map_or(key.to_owned(), |effect| format!("{key}.{}", effect.parameters()[0].name));
+        let error = machine.with_settings([(path.as_str(), value.into())]).unwrap_err();
         assert!(error.to_string().contains(key), "{error}");
     }
     let filter: toml::Value = toml::from_str::<toml::Table>(
