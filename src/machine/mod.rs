@@ -168,7 +168,10 @@ impl Machine {
             .file(&self.file)
             .key(format!("effect.{}", effect.id().name()))
             .found("an effect of something that this machine does not have")
-            .expected(format!("a machine with it; `slideway effects {}` says what it acts on", effect.id().name()))
+            .expected(format!(
+                "a machine with it; `slideway effects {}` says what it acts on",
+                effect.id().name()
+            ))
             .remedy("take the effect out, or state what it acts on"))
     }
 

@@ -50,7 +50,7 @@ fn with(machine: &Machine, settings: &[(&str, f64)]) -> Machine {
 const LEVEL: [f64; 2] = [0.0, 0.0309];
 const UPRIGHT: [f64; 2] = [FRAC_PI_2, 0.0];
 
-/// The pendulum with its shaft turned, and an encoder that is not coarse.
+/// The pendulum with its shaft turned, an encoder that is not coarse, and a zero that is known to 0.01 rad.
 fn pendulum([roll, pitch]: [f64; 2]) -> Machine {
     let source = Path::new(env!("CARGO_MANIFEST_DIR")).join("models/xl330");
     let folder = tempfile::tempdir().unwrap();
@@ -60,7 +60,8 @@ fn pendulum([roll, pitch]: [f64; 2]) -> Machine {
     std::fs::write(folder.path().join("machine.urdf"), turned).unwrap();
     std::fs::copy(source.join("machine.toml"), folder.path().join("machine.toml")).unwrap();
     let machine = Machine::read(folder.path()).unwrap();
-    with(&machine, &[("encoder.resolution_rad", 1e-5), ("encoder.noise_rad", 1e-5)])
+    let zero = ("tolerance.zero_rad", 0.01);
+    with(&machine, &[("encoder.resolution_rad", 1e-5), ("encoder.noise_rad", 1e-5), zero])
 }
 
 /// What a real machine makes of a random reference on the rigid-body scene.
