@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 /// catalogues of iron-core linear motors and of servo motors.
 ///
 /// # Source
-/// Fröhlich's curve of magnetisation, `B = H/(a + b·|H|)` (O. Frölich, 1881; Fitzgerald, Kingsley, Umans, *Electric Machinery*).
+/// Frölich's curve of magnetisation, `B = H/(a + b·|H|)` (O. Frölich, 1881; Fitzgerald, Kingsley, Umans, *Electric Machinery*).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, schemars::JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ForceSaturation {
@@ -61,7 +61,7 @@ impl Law for ForceSaturation {
     const EQUATION: &'static str = "F = F₀/(1 + s·|F₀|) with F₀ = Kt·i";
     const SYMBOLS: &'static [&'static str] = &["s"];
     const SOURCE: &'static str =
-        "Fröhlich's curve of magnetisation (1881); Fitzgerald, Kingsley, Umans, Electric Machinery";
+        "Frölich's curve of magnetisation (1881); Fitzgerald, Kingsley, Umans, Electric Machinery";
     const SHOWN_BY: &'static str = "Motor force beside current. Without a force signal: accelerations and held weights of several sizes, which take more current than in proportion.";
     const EXAMPLE: &'static [f64] = &[5e-4];
     const CONFUSABLE: &'static [Likeness] = &[

@@ -161,5 +161,12 @@ macro_rules! every_law {
 }
 pub(crate) use every_law;
 
+/// The motor's force per what would be in proportion to its current, at a position and at that force in N or N·m: `1 + Σ` of the
+/// [changes](Law::motor_change) of these effects.
+#[inline]
+pub fn motor_factor(effects: &[Effect], position: f64, force: f64) -> f64 {
+    1.0 + effects.iter().map(|effect| effect.motor_change(position, force)).sum::<f64>()
+}
+
 use catalogue::catalogue;
 every_law!(catalogue);

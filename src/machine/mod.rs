@@ -158,7 +158,8 @@ impl Machine {
         Ok(machine)
     }
 
-    /// Refuses an effect that the machine has nothing for: stated, it would be ignored.
+    /// Refuses an effect that the machine has nothing for: stated, it would be ignored. Of a closed current loop these are the resistance,
+    /// the inductance and the back-EMF of the winding inside it.
     fn check_effects_act(&self) -> Result<()> {
         let stated = self.stated_constants();
         let Some(effect) = self.effects().into_iter().find(|e| e.id().has_nothing_to_change(&stated)) else {
@@ -186,14 +187,6 @@ impl Machine {
                 .remedy("a negative payload must be smaller than the solid model's mass"));
         }
         self.check_lever()?;
-        if let Some(effect) = self.effects().iter().find(|e| self.is_hidden_in_current_loop(e.id())) {
-            return Err(Error::new(ErrorKind::Inconsistent)
-                .file(&self.file)
-                .key(format!("effect.{}", effect.id().name()))
-                .found("an effect of a voltage-fed winding beside a motor of kind current_loop")
-                .expected("none: resistance, inductance and back-EMF are inside the closed current loop")
-                .remedy("take the effect out, or describe the motor as a winding"));
-        }
         self.check_effects_act()?;
         if constants.rotor_inertia > 0.0 && !constants.modes.as_slice().is_empty() {
             return Err(Error::new(ErrorKind::Inconsistent)
@@ -216,11 +209,6 @@ impl Machine {
             self.solid.link(slider).map_err(|e| e.key(slider.clone()).file(&self.file))?;
         }
         Ok(())
-    }
-
-    fn is_hidden_in_current_loop(&self, id: EffectId) -> bool {
-        let winding = [EffectId::WindingResistance, EffectId::WindingInductance, EffectId::BackEmf];
-        matches!(self.description.motor, Motor::CurrentLoop(_)) && winding.contains(&id)
     }
 
     /// The description as read, with the settings laid over it.

@@ -21,7 +21,8 @@ pub struct Tolerance {
     pub resistance: f64,
     /// Inductance of the winding.
     pub inductance: f64,
-    /// Zero of the encoder of a revolute axis that has weight, in rad.
+    /// Zero of the encoder of a revolute axis that has weight, in rad. 0.01 where it is not stated: half a degree, as a lever is aligned by
+    /// hand (engineering estimate).
     pub zero_rad: f64,
     /// Parameters of effects that the twin already has.
     pub effect: f64,

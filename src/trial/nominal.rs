@@ -48,13 +48,12 @@ impl Care {
     }
 }
 
-/// The key of the encoder's zero.
-const ZERO: &str = "effect.encoder_zero.zero_rad";
-
 const CAREFUL: f64 = 1.0 / 6.0;
 const POOR: f64 = 1.0 / 3.0;
 /// Modal masses have no tolerance; so much of an error stays below the noise of a fine encoder.
 const MODAL_MASS: f64 = 0.01;
+/// The key of the encoder's zero.
+const ZERO: &str = "effect.encoder_zero.zero_rad";
 
 impl NominalErrors {
     /// Draws the errors of a machine.

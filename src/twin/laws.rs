@@ -1,7 +1,7 @@
 //! The laws that act along the signal path while the twin runs.
 
 use crate::drive::motor::Circuit;
-use crate::effect::{Door, Effect};
+use crate::effect::{Door, Effect, motor_factor};
 use crate::guide::stick_slip::friction;
 use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepForce};
 use crate::machine::Machine;
@@ -300,13 +300,13 @@ impl Laws {
         }
         let pushes = self.pushes.iter().map(|effect| effect.push(position, velocity));
         let shakes = self.shakes.iter().map(|effect| effect.shake(clock_s));
-        let acting = start.motor * self.motor_factor(position, start.motor)
-            + pushes.chain(shakes).sum::<f64>()
-            + start.weight;
+        let motor = start.motor * self.motor_factor(position, start.motor);
+        let acting = motor + pushes.chain(shakes).sum::<f64>() + start.weight;
         let balance = start.inertial.map(|inertial| inertial - acting);
-        let loaded = self.loaded.as_ref().map_or([0.0; 2], |friction| {
-            friction.levels(None, [start.motor, balance.unwrap_or(0.0)], position)
-        });
+        let loaded = self
+            .loaded
+            .as_ref()
+            .map_or([0.0; 2], |friction| friction.levels(None, [motor, balance.unwrap_or(0.0)], position));
         let level = |direction: f64| {
             let level = self.dry.level_under(of_direction(loaded, direction), direction, velocity.abs());
             self.dry.level_at(level, position, clock_s)
@@ -320,7 +320,7 @@ impl Laws {
     /// The motor's force per `force`, which would be in proportion to the current.
     #[inline]
     pub fn motor_factor(&self, position: f64, force: f64) -> f64 {
-        1.0 + self.changes.iter().map(|effect| effect.motor_change(position, force)).sum::<f64>()
+        motor_factor(&self.changes, position, force)
     }
 
     /// Stops between which the drive train holds the load while the motor's end stands at `motor`.

@@ -139,7 +139,7 @@ fn ref_zero_off_against_gravity_is_found_on_a_pendulum() {
     assert!((found.value / -0.1 - 1.0).abs() < WITHIN, "{found:?}");
     assert!(d.gap.closed > 0.99 && d.gap.rigid_body.as_ref().unwrap().closed > 0.99, "{:?}", d.gap);
     let d = told("zero within", &stated, &with(&stated, &[("effect.encoder_zero.zero_rad", 0.006)]));
-    // The rigid-body scene's own step leaves 2 σ on this pendulum, with a zero that is right as well.
+    // The rigid-body scene's own step leaves up to 2.6 σ in the other cases of this file as well.
     let calibrated = d.calibration.iter().find(|c| c.path == "effect.encoder_zero.zero_rad").unwrap();
     assert!((calibrated.parameter.value / 0.006 - 1.0).abs() < WITHIN, "{calibrated:?}");
     assert!(d.causes.is_empty() && d.gap.after < 3.0, "{:?} {:?}", d.verdict, d.causes);

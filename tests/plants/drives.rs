@@ -5,7 +5,6 @@ use crate::support::{self, needs};
 use nalgebra::Complex;
 use slideway::controller::regression::gain_regression;
 use slideway::controller::regressor::Unknown;
-use slideway::effect::EffectId;
 use slideway::error::ErrorKind;
 use slideway::identify::excitation::Outcome;
 use slideway::identify::stepped_sine::{Gain, sines};
@@ -556,9 +555,6 @@ fn ref_published_friction_models_leave_what_their_authors_report() {
 fn exact_what_cannot_be_is_refused_by_name() {
     let (servo, grinder, screw) = (machine("xl330"), machine("grinder"), machine("emps"));
     for (machine, key, value) in [
-        // It has neither sliders with known loads nor a transmission, and no weight that turns.
-        (&screw, "effect.load_dependent_friction", 0.1),
-        (&grinder, "effect.encoder_zero", 0.1),
         (&servo, "amplifier.supply_v", 0.0),
         (&servo, "transmission.ratio", -2.0),
         (&servo, "transmission.rotor_inertia_kg_m2", -1.0),
@@ -566,10 +562,16 @@ fn exact_what_cannot_be_is_refused_by_name() {
         // Its base has modes.
         (&grinder, "transmission.rotor_inertia_kg_m2", 1e-3),
     ] {
-        let own = key.strip_prefix("effect.").and_then(|id| EffectId::ALL.iter().find(|e| e.name() == id));
-        let path = own.map_or(key.to_owned(), |effect| format!("{key}.{}", effect.parameters()[0].name));
-        let error = machine.with_settings([(path.as_str(), value.into())]).unwrap_err();
+        let error = machine.with_settings([(key, value.into())]).unwrap_err();
         assert!(error.to_string().contains(key), "{error}");
+    }
+    // One has neither sliders with known loads nor a transmission, the other no weight that turns.
+    for (machine, key) in
+        [(&screw, "effect.load_dependent_friction.coefficient"), (&grinder, "effect.encoder_zero.zero_rad")]
+    {
+        let error = machine.with_settings([(key, 0.1.into())]).unwrap_err();
+        assert_eq!(error.kind(), ErrorKind::Inconsistent);
+        assert!(error.to_string().contains(key.rsplit_once('.').unwrap().0), "{error}");
     }
     let filter: toml::Value = toml::from_str::<toml::Table>(
         "value = [{ kind = \"low_pass\", frequency_hz = 700.0 }]",

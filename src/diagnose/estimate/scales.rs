@@ -13,9 +13,9 @@ impl Estimate for ForceConstant {
     }
 }
 
-/// Shares of the largest force that are lost, to start a fit from.
+/// Shares of the largest force that are lost, to start a fit from: over the range of the law's prior.
 const LOST: [f64; 3] = [0.02, 0.1, 0.3];
-/// Share of the largest force that a fit may come to lose.
+/// Share of the largest force that a fit may come to lose: more than twice the most of the law's prior.
 const MOST_LOST: f64 = 0.9;
 
 /// Saturation at which this share of the largest force in proportion to current is lost.
@@ -65,5 +65,5 @@ impl Estimate for EncoderZero {
     }
 }
 
-/// Largest error of a zero that a fit may come to: beyond a right angle weight pulls the other way.
+/// Largest error of a zero that a fit may come to: more than two teeth of the coarsest spline of the law's prior.
 const MOST_TURNED_RAD: f64 = 1.0;

@@ -2,7 +2,7 @@
 
 use super::{Input, Windowed};
 use crate::drive::motor::{Circuit, CircuitStep};
-use crate::effect::{Constants, Door, Effect};
+use crate::effect::{Constants, Door, Effect, motor_factor};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::Traces;
@@ -77,11 +77,10 @@ impl Drive {
             };
         }
         let effects = machine.effects();
-        let changes: Vec<&Effect> = effects.iter().filter(|e| e.acts_through(Door::MotorForce)).collect();
+        let acts = |effect: &Effect| effect.acts_through(Door::MotorForce);
+        let changes: Vec<Effect> = effects.into_iter().filter(acts).collect();
         let position = run.signal(Signal::Position).unwrap_or_default();
-        let factor = |position: f64, proportional: f64| {
-            1.0 + changes.iter().map(|effect| effect.motor_change(position, proportional)).sum::<f64>()
-        };
+        let factor = |position: f64, proportional: f64| motor_factor(&changes, position, proportional);
         let is_current = windowed.input == Input::Current;
         let mut per_ampere = Vec::with_capacity(samples.len());
         for (k, (sample, x)) in samples.iter_mut().zip(position).enumerate() {
@@ -135,7 +134,7 @@ impl Drive {
 /// The force in proportion to the current, F₀, of which `factor` leaves `force`: `F = F₀·factor(F₀)`.
 ///
 /// Two rounds of Aitken's extrapolation of `F₀ = F/factor(F₀)`, which is linear in F₀ for a motor that saturates: exact there, and
-/// where the factor does not depend on F₀. A force beyond what the motor can give takes the current at which it loses the most.
+/// where the factor does not depend on F₀. No current gives a force beyond the largest one of the motor; F₀ is then large.
 fn proportional_to(force: f64, factor: impl Fn(f64) -> f64) -> f64 {
     let next = |proportional: f64| force / factor(proportional);
     (0..2).fold(force, |from, _| {
