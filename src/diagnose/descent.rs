@@ -69,6 +69,7 @@ pub(super) fn descend(
         if fall.is_some_and(|fall| fall <= care.arrived(cost)) {
             break;
         }
+        let begun = damping;
         let mut next = None;
         let mut tried: Option<DVector<f64>> = None;
         while damping < LARGEST_DAMPING {
@@ -93,9 +94,9 @@ pub(super) fn descend(
         let Some((moved, trial, fall)) = next else { break };
         (values, residuals, last) = (moved, trial, None);
         // A narrow valley, in which numbers compensate each other, is walked along only by a step that is hardly
-        // damped: a fit has arrived when that one falls no further.
+        // damped: a fit has arrived when, that one tried first, none falls further.
         let arrived = fall <= care.arrived(cost);
-        if arrived && !(damping > SMALLEST_DAMPING && matches!(care, Care::Thorough)) {
+        if arrived && !(begun > SMALLEST_DAMPING && matches!(care, Care::Thorough)) {
             break;
         }
         damping = if arrived { SMALLEST_DAMPING } else { (damping * LESS_DAMPING).max(SMALLEST_DAMPING) };

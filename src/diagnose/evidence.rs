@@ -1,5 +1,6 @@
 //! Held-out evidence: how well fitted hypotheses predict runs they have not seen.
 
+use super::autocorrelation::autocorrelation_time;
 use super::experiment::{Experiment, HeldOut};
 use super::noise::Floor;
 use crate::error::Result;
@@ -115,7 +116,7 @@ impl Score {
             let residuals = channels(experiment, predicted);
             for (channel, residual, _) in &residuals {
                 let weight = residual.len() as f64;
-                let inflation = inflation(residual);
+                let inflation = autocorrelation_time(residual);
                 match lags.iter_mut().find(|(c, ..)| c == channel) {
                     Some((_, sum, weights)) => {
                         *sum += inflation * weight;
@@ -288,27 +289,6 @@ pub(super) const LARGEST: f64 = 1e9;
 /// A residual of at most [`LARGEST`].
 pub(super) fn finite(residual: f64) -> f64 {
     if residual.is_finite() { residual.clamp(-LARGEST, LARGEST) } else { LARGEST }
-}
-
-/// 1 + 2·Σ ρ(lag) up to the first lag at which the autocorrelation has died out; at least 1.
-fn inflation(residual: &[f64]) -> f64 {
-    let power: f64 = residual.iter().map(|x| x * x).sum();
-    if power <= 0.0 {
-        return 1.0;
-    }
-    let (mut sum, mut lag, mut width) = (1.0, 1, 1);
-    while lag < residual.len() / 4 {
-        let product: f64 = residual.iter().zip(&residual[lag..]).map(|(a, b)| a * b).sum();
-        let correlation = product / power;
-        if correlation < 0.05 {
-            break;
-        }
-        // Long correlations change slowly: lags are taken ever farther apart.
-        sum += 2.0 * width as f64 * correlation;
-        width = (lag / 16).max(1);
-        lag += width;
-    }
-    sum
 }
 
 /// How much of the gap is closed, with a block-bootstrap interval.

@@ -5,6 +5,7 @@
 
 mod amplitude;
 mod attribute;
+mod autocorrelation;
 mod borne_out;
 mod bounded;
 pub mod candidate;

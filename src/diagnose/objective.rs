@@ -113,8 +113,12 @@ impl<'a> Objective<'a> {
             Ok(replay(experiment)?.iter().map(|traces| self.of_run(experiment, traces)).collect())
         };
         let runs: Vec<Vec<Vec<f64>>> = self.experiments.par_iter().map(of_run).collect::<Result<_>>()?;
-        let of = |k: usize| runs.iter().flat_map(|run| &run[k]).copied().map(finite).collect::<Vec<f64>>();
-        Ok((0..count).map(of).map(DVector::from_vec).collect())
+        let of = |k: usize| {
+            let mut all = Vec::with_capacity(runs.iter().map(|run| run[k].len()).sum());
+            runs.iter().for_each(|run| all.extend(run[k].iter().copied().map(finite)));
+            DVector::from_vec(all)
+        };
+        Ok((0..count).map(of).collect())
     }
 
     /// Normalised residuals of one run, signal after signal.

@@ -248,8 +248,18 @@ impl Search<'_> {
     /// Looks at sets of effects, building on a candidate: those not looked at yet are fitted roughly, the best of
     /// all of them to the end. Returns the indices of those that can be looked at.
     fn explore(&self, found: &mut Found, sets: &[EffectSet], from: usize) -> Result<Vec<usize>> {
-        self.prepare(found, from)?;
         let fresh: BTreeSet<&EffectSet> = sets.iter().filter(|set| found.index(set).is_none()).collect();
+        if !fresh.is_empty() {
+            self.fit_roughly(found, fresh, from)?;
+        }
+        let indices: Vec<usize> = sets.iter().filter_map(|set| found.index(set)).collect();
+        self.finish(found, &indices, from)?;
+        Ok(indices)
+    }
+
+    /// Fits sets of effects that were not looked at yet, roughly, building on a candidate.
+    fn fit_roughly(&self, found: &mut Found, fresh: BTreeSet<&EffectSet>, from: usize) -> Result<()> {
+        self.prepare(found, from)?;
         let base = &found.bases[&from];
         let known = &found.candidates[from].fit;
         let hypotheses: Vec<Hypothesis> =
@@ -265,9 +275,7 @@ impl Search<'_> {
             })
             .collect();
         found.candidates.extend(fitted?);
-        let indices: Vec<usize> = sets.iter().filter_map(|set| found.index(set)).collect();
-        self.finish(found, &indices, from)?;
-        Ok(indices)
+        Ok(())
     }
 
     /// A hypothesis that begins where a known fit left its numbers, and where fits of the other subsets with one effect less left theirs: beside

@@ -46,7 +46,7 @@ impl View {
 /// Why an effect leaves no trace in any of these runs; none where it does.
 pub fn unseen(effect: EffectId, machine: &Machine, experiments: &[Experiment]) -> Option<&'static str> {
     if let Some(lacking) = effect.lacks(&machine.constants()) {
-        return Some(lacking);
+        return Some(lacking.sentence());
     }
     let reasons: Option<Vec<&'static str>> =
         experiments.iter().map(|experiment| hidden(effect, experiment)).collect();

@@ -3,7 +3,7 @@
 use super::law::infinite;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Offset of the amplifier: the voltage that it applies at zero command.
@@ -49,7 +49,7 @@ impl Law for AmplifierOffset {
 
     const STRETCH: Stretch = Stretch::Drive;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -2,7 +2,7 @@
 
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// The guide's Coulomb and viscous friction differ between the two directions.
@@ -74,7 +74,7 @@ impl Law for AsymmetricFriction {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

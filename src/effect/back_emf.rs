@@ -1,9 +1,9 @@
 //! Back-EMF off its stated value.
 
-use super::law::{NOTHING_TO_CHANGE, negative};
+use super::law::negative;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -57,8 +57,8 @@ impl Law for BackEmf {
 
     const STRETCH: Stretch = Stretch::Drive;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
-        (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
+    fn lacks(constants: &Constants) -> Option<Lack> {
+        (!constants.has_voltage_fed_winding).then_some(Lack::NothingToChange)
     }
 
     const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";

@@ -1,9 +1,9 @@
 //! Lost motion between motor and load.
 
-use super::law::{LOAD_UNSEEN, negative};
+use super::law::negative;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
 
@@ -76,8 +76,8 @@ impl Law for Backlash {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
-        (!constants.sees_load).then_some(LOAD_UNSEEN)
+    fn lacks(constants: &Constants) -> Option<Lack> {
+        (!constants.sees_load).then_some(Lack::LoadUnseen)
     }
 
     const EQUATION: &'static str =

@@ -1,9 +1,9 @@
 //! A base mode off its stated value.
 
-use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::law::not_positive;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -70,8 +70,8 @@ impl Law for BaseModeShift {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
-        constants.modes.is_empty().then_some(NOTHING_TO_CHANGE)
+    fn lacks(constants: &Constants) -> Option<Lack> {
+        constants.modes.is_empty().then_some(Lack::NothingToChange)
     }
 
     const EQUATION: &'static str = "f_j = a·f_j,stated\nM_j = b·M_j,stated";

@@ -3,7 +3,7 @@
 use super::law::{infinite, negative};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A spring to a point: a cable chain, bellows, a counterbalance.
@@ -55,7 +55,7 @@ impl Law for CableSpring {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -86,13 +86,13 @@ macro_rules! catalogue {
             }
 
             /// See [`Law::lacks`].
-            pub fn lacks(self, constants: &Constants) -> Option<&'static str> {
+            pub fn lacks(self, constants: &Constants) -> Option<Lack> {
                 match self { $(Self::$law => <$law as Law>::lacks(constants),)+ }
             }
 
             /// Whether a machine with these constants has nothing that the effect could change: it would do nothing.
             pub fn has_nothing_to_change(self, constants: &Constants) -> bool {
-                self.lacks(constants) == Some(law::NOTHING_TO_CHANGE)
+                self.lacks(constants) == Some(Lack::NothingToChange)
             }
 
             /// See [`Law::draw`].

@@ -4,7 +4,7 @@ use super::harmonics::{HIGHER, wave};
 use super::law::{FormNumber, infinite, is_zero, not_positive, outside};
 use super::prior::{A_TURN, Machinery, PITCHES_M, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -124,7 +124,7 @@ impl Law for Cogging {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -3,7 +3,7 @@
 use super::law::infinite;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
@@ -57,7 +57,7 @@ impl Law for ConstantForce {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -3,7 +3,7 @@
 use super::law::{negative, not_positive};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
@@ -14,10 +14,10 @@ pub const CONTROLLER_GAIN: &str = "controller_gain";
 pub(super) fn gain_is_absent(
     constants: &Constants,
     retuned: impl Fn(&Controller) -> Controller,
-) -> Option<&'static str> {
+) -> Option<Lack> {
     match &constants.controller {
-        None => Some("The machine file states no controller."),
-        Some(law) => (retuned(law) == *law).then_some("The stated control law has no such gain."),
+        None => Some(Lack::Controller),
+        Some(law) => (retuned(law) == *law).then_some(Lack::Gain),
     }
 }
 
@@ -69,7 +69,7 @@ macro_rules! gain {
 
             const STRETCH: Stretch = Stretch::Controller;
 
-            fn lacks(constants: &Constants) -> Option<&'static str> {
+            fn lacks(constants: &Constants) -> Option<Lack> {
                 let $f = 2.0;
                 gain_is_absent(constants, |law| law.with_gains($factors))
             }

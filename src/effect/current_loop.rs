@@ -1,8 +1,8 @@
 //! Bandwidth of the current loop off its stated value.
 
-use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::law::not_positive;
 use super::prior::{Machinery, Prior};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -92,8 +92,8 @@ impl Law for CurrentLoop {
 
     const STRETCH: Stretch = Stretch::Drive;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
-        constants.has_voltage_fed_winding.then_some(NOTHING_TO_CHANGE)
+    fn lacks(constants: &Constants) -> Option<Lack> {
+        constants.has_voltage_fed_winding.then_some(Lack::NothingToChange)
     }
 
     const EQUATION: &'static str = "τ·di/dt = k·u − i, τ = 1/(2π·f_c)";

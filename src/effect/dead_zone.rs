@@ -3,7 +3,7 @@
 use super::law::negative;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead zone of the amplifier: commands below a threshold have no effect, larger ones lack it.
@@ -51,7 +51,7 @@ impl Law for DeadZone {
 
     const STRETCH: Stretch = Stretch::Drive;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -4,7 +4,7 @@ use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
 use super::reading_error::error;
 use super::unlike::Unlike;
-use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -75,7 +75,7 @@ impl Law for EncoderPeriodicError {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -3,7 +3,7 @@
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
@@ -73,7 +73,7 @@ impl Law for EncoderResolution {
 
     const STRETCH: Stretch = Stretch::Rounding;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -1,9 +1,9 @@
 //! Zero of the encoder off against the direction of gravity.
 
-use super::law::{NOTHING_TO_CHANGE, outside};
+use super::law::outside;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::{PI, TAU};
 
@@ -51,8 +51,8 @@ impl Law for EncoderZero {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
-        (!constants.has_turning_weight).then_some(NOTHING_TO_CHANGE)
+    fn lacks(constants: &Constants) -> Option<Lack> {
+        (!constants.has_turning_weight).then_some(Lack::NothingToChange)
     }
 
     const EQUATION: &'static str = "reading = x + x₀";

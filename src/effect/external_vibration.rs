@@ -2,7 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
-use super::{Constants, Door, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
+use super::{Constants, Door, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -70,7 +70,7 @@ impl Law for ExternalVibration {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

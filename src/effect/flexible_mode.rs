@@ -1,9 +1,9 @@
 //! A mode that the twin does not list.
 
-use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::law::not_positive;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::base::{Mode, Modes};
 use serde::{Deserialize, Serialize};
 
@@ -69,9 +69,9 @@ impl Law for FlexibleMode {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
+    fn lacks(constants: &Constants) -> Option<Lack> {
         // No plant has a rotor that turns while its base moves.
-        (constants.rotor_inertia != 0.0).then_some(NOTHING_TO_CHANGE)
+        (constants.rotor_inertia != 0.0).then_some(Lack::NothingToChange)
     }
 
     const EQUATION: &'static str = "M·(η̈ + 2ζω·η̇ + ω²·η) = −F";

@@ -3,7 +3,7 @@
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
@@ -53,7 +53,7 @@ impl Law for ForceConstant {
 
     const STRETCH: Stretch = Stretch::MotorForce;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -4,7 +4,7 @@ use super::harmonics::{HIGHER, wave};
 use super::law::{FormNumber, infinite, is_zero, not_positive, outside};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Force ripple: the motor's force constant varies along its magnets.
@@ -105,7 +105,7 @@ impl Law for ForceRipple {
 
     const STRETCH: Stretch = Stretch::MotorForce;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

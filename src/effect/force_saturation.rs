@@ -3,7 +3,7 @@
 use super::law::negative;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Saturation of the motor: its force grows less than in proportion to the current.
@@ -54,7 +54,7 @@ impl Law for ForceSaturation {
 
     const STRETCH: Stretch = Stretch::MotorForce;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

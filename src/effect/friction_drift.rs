@@ -2,7 +2,7 @@
 
 use super::law::infinite;
 use super::prior::{Machinery, Prior};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use serde::{Deserialize, Serialize};
 
 /// Friction drift: dry friction fades while lubricant warms and spreads, or grows while a guide runs dry.
@@ -53,7 +53,7 @@ impl Law for FrictionDrift {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -1,8 +1,8 @@
 //! Cogging and force ripple of further pitches.
 
 use super::{
-    Cogging, Constants, Door, EffectId, ForceRipple, Law, Likeness, Machinery, Nominal, Parameter, Prior,
-    Site, Stretch, Unlike,
+    Cogging, Constants, Door, EffectId, ForceRipple, Lack, Law, Likeness, Machinery, Nominal, Parameter,
+    Prior, Site, Stretch, Unlike,
 };
 use serde::{Deserialize, Serialize};
 
@@ -60,7 +60,7 @@ macro_rules! further {
 
             const STRETCH: Stretch = <$law as Law>::STRETCH;
 
-            fn lacks(constants: &Constants) -> Option<&'static str> {
+            fn lacks(constants: &Constants) -> Option<Lack> {
                 $law::lacks(constants)
             }
 

@@ -2,7 +2,7 @@
 
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Likeness, Stretch};
+use super::{Constants, EffectId, Lack, Likeness, Stretch};
 use crate::units::{Motion, SMALLEST, largest};
 use serde::Serialize;
 use std::ops::RangeInclusive;
@@ -280,9 +280,8 @@ pub trait Law: Sized {
     /// Where it comes between signals that a log may hold.
     const STRETCH: Stretch;
 
-    /// What a machine with these constants lacks to have the effect at all, as a sentence that says what to state or log; none
-    /// where it can have it.
-    fn lacks(constants: &Constants) -> Option<&'static str>;
+    /// What a machine with these constants lacks to have the effect at all; none where it can have it.
+    fn lacks(constants: &Constants) -> Option<Lack>;
 
     /// Its equation as its documentation has it, one line a case.
     const EQUATION: &'static str;
@@ -313,12 +312,6 @@ pub trait Law: Sized {
     /// The nominal parameter that it moves, where a machine file states a tolerance for that.
     const NOMINAL: Option<Nominal>;
 }
-
-/// See [`Law::lacks`]: the part that the effect changes is not there.
-pub(super) const NOTHING_TO_CHANGE: &str =
-    "The machine, as its file states it, has nothing that this effect could change.";
-/// See [`Law::lacks`]: the effect acts between motor and load.
-pub(super) const LOAD_UNSEEN: &str = "Nothing sees the load's end of the drive train: log load_position_m or load_position_rad and state [load_sensor].";
 
 /// The sentence for a parameter that must be finite and more than zero.
 pub(super) fn not_positive(name: &str, value: f64) -> Option<String> {

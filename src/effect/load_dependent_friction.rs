@@ -1,9 +1,9 @@
 //! Friction in proportion to what the sliders carry or the transmission transmits.
 
-use super::law::{NOTHING_TO_CHANGE, outside};
+use super::law::outside;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Largest μ: from 1 on a transmission would hold any load by itself, and a guide carry its table up a wall.
@@ -64,8 +64,8 @@ impl Law for LoadDependentFriction {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
-        (!(constants.has_slider_loads || constants.has_transmission)).then_some(NOTHING_TO_CHANGE)
+    fn lacks(constants: &Constants) -> Option<Lack> {
+        (!(constants.has_slider_loads || constants.has_transmission)).then_some(Lack::NothingToChange)
     }
 
     const EQUATION: &'static str = "F = −μ·N·sgn(v)";

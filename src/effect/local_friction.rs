@@ -2,7 +2,7 @@
 
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use crate::guide::Local;
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
@@ -79,7 +79,7 @@ impl Law for LocalFriction {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

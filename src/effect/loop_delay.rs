@@ -3,7 +3,7 @@
 use super::law::negative;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// Dead time between the controller's effort and the voltage at the motor, beyond what is stated.
@@ -48,7 +48,7 @@ impl Law for LoopDelay {
 
     const STRETCH: Stretch = Stretch::Drive;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -3,7 +3,7 @@
 use super::law::{beyond, is_zero, negative, not_positive, outside};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, FormNumber, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, FormNumber, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::{Bristle, GAUSSIAN};
 use serde::{Deserialize, Serialize};
 
@@ -108,7 +108,7 @@ impl Law for Presliding {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

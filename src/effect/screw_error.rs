@@ -1,10 +1,10 @@
 //! Lead error of the drive train, periodic in position.
 
-use super::law::{LOAD_UNSEEN, infinite, not_positive};
+use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
 use super::reading_error::error;
 use super::unlike::Unlike;
-use super::{Constants, Door, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Door, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::recording::Signal;
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
@@ -87,8 +87,8 @@ impl Law for ScrewError {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
-        (!constants.sees_load).then_some(LOAD_UNSEEN)
+    fn lacks(constants: &Constants) -> Option<Lack> {
+        (!constants.sees_load).then_some(Lack::LoadUnseen)
     }
 
     const EQUATION: &'static str = "x = q + e(q), e(q) = s·sin(2πq/p) + c·cos(2πq/p)\ne_forward = min(1, 1 + f)·e, e_backward = min(1, 1 − f)·e";

@@ -2,7 +2,7 @@
 
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
 use crate::recording::Signal;
 use crate::sensor::LogScale;
 use serde::{Deserialize, Serialize};
@@ -64,7 +64,7 @@ impl Law for SensorScale {
 
     const STRETCH: Stretch = Stretch::Log;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -3,7 +3,7 @@
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::guide::Stribeck;
 use serde::{Deserialize, Serialize};
 
@@ -72,7 +72,7 @@ impl Law for StribeckFriction {
 
     const STRETCH: Stretch = Stretch::Mechanics;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

@@ -4,7 +4,7 @@ use super::controller_gain::gain_is_absent;
 use super::law::infinite;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, EffectId, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::controller::Controller;
 use serde::{Deserialize, Serialize};
 
@@ -51,7 +51,7 @@ impl Law for VelocityFeedforward {
 
     const STRETCH: Stretch = Stretch::Controller;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
+    fn lacks(constants: &Constants) -> Option<Lack> {
         gain_is_absent(constants, |law| law.with_velocity_feedforward(law.velocity_feedforward() + 1.0))
     }
 

@@ -3,7 +3,7 @@
 use super::law::negative;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A filter in the velocity estimate that is not the stated one.
@@ -46,7 +46,7 @@ impl Law for VelocityFilter {
 
     const STRETCH: Stretch = Stretch::VelocityEstimate;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

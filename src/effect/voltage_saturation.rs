@@ -3,7 +3,7 @@
 use super::law::not_positive;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
 /// A limit of the applied voltage below the stated one: a sagging supply, a limit set in the drive.
@@ -48,7 +48,7 @@ impl Law for VoltageSaturation {
 
     const STRETCH: Stretch = Stretch::Drive;
 
-    fn lacks(_constants: &Constants) -> Option<&'static str> {
+    fn lacks(_constants: &Constants) -> Option<Lack> {
         None
     }
 

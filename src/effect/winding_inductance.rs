@@ -1,9 +1,9 @@
 //! Winding inductance off its stated value.
 
-use super::law::{NOTHING_TO_CHANGE, not_positive};
+use super::law::not_positive;
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
-use super::{Constants, Law, Likeness, Nominal, Parameter, Site, Stretch};
+use super::{Constants, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
 
@@ -53,8 +53,8 @@ impl Law for WindingInductance {
 
     const STRETCH: Stretch = Stretch::Drive;
 
-    fn lacks(constants: &Constants) -> Option<&'static str> {
-        (!constants.has_voltage_fed_winding).then_some(NOTHING_TO_CHANGE)
+    fn lacks(constants: &Constants) -> Option<Lack> {
+        (!constants.has_voltage_fed_winding).then_some(Lack::NothingToChange)
     }
 
     const EQUATION: &'static str = "L·di/dt = u − R·i − Ke·v";
