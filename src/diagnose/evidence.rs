@@ -16,8 +16,8 @@ pub struct Score {
     /// One entry a block of consecutive samples, then one a channel: the recording's signals in their order, then what
     /// stands between two position sensors.
     blocks: Vec<Vec<Cell>>,
-    /// Lag-summed autocorrelation of the residuals, per channel: 1 for white noise, more for structure.
-    inflation: Vec<(Channel, f64)>,
+    /// Autocorrelation time of the residuals in samples, per channel: 1 for white noise, more for structure.
+    autocorrelation_times: Vec<(Channel, f64)>,
     /// Of two position sensors, the one that tells nothing of the loop that the other and their difference do not tell.
     second_sensor: Option<Signal>,
     /// Mean square that its noise leaves of each channel for certain; 1 of those not listed (see [`Floor::noise_share`]).
@@ -116,13 +116,13 @@ impl Score {
             let residuals = channels(experiment, predicted);
             for (channel, residual, _) in &residuals {
                 let weight = residual.len() as f64;
-                let inflation = autocorrelation_time(residual);
+                let time = autocorrelation_time(residual);
                 match lags.iter_mut().find(|(c, ..)| c == channel) {
                     Some((_, sum, weights)) => {
-                        *sum += inflation * weight;
+                        *sum += time * weight;
                         *weights += weight;
                     }
-                    None => lags.push((*channel, inflation * weight, weight)),
+                    None => lags.push((*channel, time * weight, weight)),
                 }
             }
             for from in (0..experiment.samples()).step_by(length) {
@@ -136,9 +136,10 @@ impl Score {
                 blocks.push(block.collect());
             }
         }
-        let inflation = lags.into_iter().map(|(channel, sum, weight)| (channel, sum / weight)).collect();
+        let autocorrelation_times =
+            lags.into_iter().map(|(channel, sum, weight)| (channel, sum / weight)).collect();
         let second_sensor = experiments.iter().find_map(Experiment::second_sensor);
-        Self { blocks, inflation, second_sensor, least: Vec::new() }
+        Self { blocks, autocorrelation_times, second_sensor, least: Vec::new() }
     }
 
     /// G² = mean square of all normalised residuals, every signal weighing the same; `weights` count blocks.
@@ -197,7 +198,7 @@ impl Score {
     ///
     /// # Model
     /// Gaussian residuals whose variance per channel is that of the best hypothesis (`reference`), at least that of
-    /// the noise; each sample counts 1/τ, with τ the lag-summed autocorrelation of that hypothesis' residuals. The
+    /// the noise; each sample counts 1/τ, with τ the autocorrelation time of that hypothesis' residuals. The
     /// signals of one control loop are images of the same motion, so their mean counts, not their sum. What stands
     /// between two position sensors is no image of that motion: p(x₁, x₂) = p(x₁)·p(x₂ − x₁ | x₁), and it counts beside
     /// the mean of the others, in the place of the sensor that does not close the position loop.
@@ -208,7 +209,7 @@ impl Score {
             let (mut mean, mut count, mut between) = (0.0, 0usize, 0.0);
             for cell in block.iter().filter(|cell| Some(cell.channel) != second) {
                 let value = cell.squares * deflation(cell.channel)
-                    + 2.0 * cell.widening / reference.inflation_of(cell.channel);
+                    + 2.0 * cell.widening / reference.autocorrelation_time_of(cell.channel);
                 match cell.channel {
                     Channel::BetweenSensors => between += value,
                     Channel::Signal(_) => (mean, count) = (mean + value, count + 1),
@@ -226,13 +227,13 @@ impl Score {
         move |signal| deflation(Channel::Signal(signal))
     }
 
-    /// The signals of the control loop that the log-likelihood counts, each with its lag-summed autocorrelation.
+    /// The signals of the control loop that the log-likelihood counts, each with its autocorrelation time in samples.
     pub fn counted(&self) -> Vec<(Signal, f64)> {
-        let of = |(channel, inflation): &(Channel, f64)| match channel {
-            Channel::Signal(signal) if Some(*signal) != self.second_sensor => Some((*signal, *inflation)),
+        let of = |(channel, time): &(Channel, f64)| match channel {
+            Channel::Signal(signal) if Some(*signal) != self.second_sensor => Some((*signal, *time)),
             _ => None,
         };
-        self.inflation.iter().filter_map(of).collect()
+        self.autocorrelation_times.iter().filter_map(of).collect()
     }
 
     /// Mean square of a signal that its noise leaves for certain.
@@ -242,16 +243,16 @@ impl Score {
 
     fn channel_deflations(&self) -> impl Fn(Channel) -> f64 + use<> {
         let levels = self.channel_levels(None);
-        let inflation = self.inflation.clone();
+        let autocorrelation_times = self.autocorrelation_times.clone();
         let least = self.least.clone();
         move |channel| {
             let level = of(&levels, channel).unwrap_or(1.0).max(of(&least, channel).unwrap_or(1.0));
-            1.0 / (level * of(&inflation, channel).unwrap_or(1.0))
+            1.0 / (level * of(&autocorrelation_times, channel).unwrap_or(1.0))
         }
     }
 
-    fn inflation_of(&self, channel: Channel) -> f64 {
-        of(&self.inflation, channel).unwrap_or(1.0)
+    fn autocorrelation_time_of(&self, channel: Channel) -> f64 {
+        of(&self.autocorrelation_times, channel).unwrap_or(1.0)
     }
 
     /// The mean square of the signal that leaves least.
@@ -354,7 +355,7 @@ impl Score {
         let block = vec![Cell { channel, squares: 50.0 * mean_square, widening: 0.0, samples: 50 }];
         Self {
             blocks: vec![block; BLOCKS],
-            inflation: vec![(channel, 1.0)],
+            autocorrelation_times: vec![(channel, 1.0)],
             second_sensor: None,
             least: Vec::new(),
         }
@@ -376,8 +377,13 @@ mod tests {
         let cell =
             |(&channel, squares): (&Channel, f64)| Cell { channel, squares, widening: 0.0, samples: 100 };
         let block = channels.iter().zip(sums).map(cell).collect();
-        let inflation = channels.iter().map(|channel| (*channel, 5.0)).collect();
-        Score { blocks: vec![block], inflation, second_sensor: Some(Signal::Position), least: Vec::new() }
+        let autocorrelation_times = channels.iter().map(|channel| (*channel, 5.0)).collect();
+        Score {
+            blocks: vec![block],
+            autocorrelation_times,
+            second_sensor: Some(Signal::Position),
+            least: Vec::new(),
+        }
     }
 
     /// ln L = −½·(mean over the loop's signals + what stands between the sensors)/τ, the motor's position in neither; G has
