@@ -58,8 +58,10 @@ impl Default for Fading {
 /// rounding errors.
 const SMALL: f64 = 1e-4;
 const MOST_ITERATIONS: usize = 60;
-/// Share of the bracket at which the velocity is known.
+/// The velocity is known to this share of what the sliding level changes it by in a step.
 const PRECISION: f64 = 1e-10;
+/// Beyond this ratio to the velocity at which it fades less than e^(−40) of the damping is left (p ≥ 1): nothing beside the sliding level.
+const GONE: f64 = 40.0;
 
 impl ForgedBristle {
     /// Mean friction force over a step of `step_s` and the deflection at its end, from the deflection `begun`; `level`
@@ -88,43 +90,65 @@ impl ForgedBristle {
             let after = begun * (1.0 - gone) + step_s * velocity * share;
             let end = velocity.signum() * sliding / self.stiffness;
             let mean = if decay > SMALL { end + (begun - end) * share } else { 0.5 * (begun + after) };
-            let fading = (-(velocity.abs() * self.damping / (self.fading.share * sliding))
-                .powf(self.fading.power))
-            .exp();
-            let force = -(self.stiffness * mean + self.damping * fading * (after - begun) / step_s);
-            (force, after)
+            let faded = self.fading.left(velocity.abs() * self.damping / sliding);
+            let force = -(self.stiffness * mean + self.damping * faded * (after - begun) / step_s);
+            Answer { force, after }
         };
-        let excess = |end: f64| end - coast.free_velocity - coast.response.mobility * answer(end).0;
-        let end = root(excess, coast.free_velocity);
-        answer(end)
+        let mobility = coast.response.mobility;
+        let excess = |end: f64| {
+            let answer = answer(end);
+            (end - coast.free_velocity - mobility * answer.force, answer)
+        };
+        // Most steps end with nearly the force that the last one ended with.
+        let start = coast.free_velocity - mobility * self.stiffness * begun;
+        let precision = PRECISION * mobility * level(coast.velocity);
+        let Answer { force, after } = root(excess, start, precision);
+        (force, after)
     }
 }
 
-/// The root of a function whose slope is at least a half, near `start`: Illinois' method in the bracket that the slope
-/// gives.
-fn root(function: impl Fn(f64) -> f64, start: f64) -> f64 {
-    let at_start = function(start);
-    if at_start == 0.0 || !at_start.is_finite() {
-        return start;
+/// What bristles do over a step that ends at some velocity.
+#[derive(Debug, Clone, Copy)]
+struct Answer {
+    /// Mean force.
+    force: f64,
+    /// Deflection at the end.
+    after: f64,
+}
+
+impl Fading {
+    /// What is left of the damping where it would make this share of the sliding level.
+    fn left(self, share: f64) -> f64 {
+        let ratio = share / self.share;
+        if ratio > GONE { 0.0 } else { (-ratio.powf(self.power)).exp() }
+    }
+}
+
+/// What is left of a function whose slope is at least a half, at its root near `start`, known to `precision`: Illinois' method in the bracket
+/// that the slope gives.
+fn root<T>(function: impl Fn(f64) -> (f64, T), start: f64, precision: f64) -> T {
+    let (at_start, left) = function(start);
+    if at_start.abs() <= precision || !at_start.is_finite() {
+        return left;
     }
     let (mut a, mut at_a) = (start, at_start);
-    let (mut b, mut at_b) = (start - 2.0 * at_start, function(start - 2.0 * at_start));
-    let width = (b - a).abs();
+    let mut b = start - 2.0 * at_start;
+    let (mut at_b, mut left) = function(b);
     for _ in 0..MOST_ITERATIONS {
-        if at_b == 0.0 || (b - a).abs() <= PRECISION * width {
+        if at_b.abs() <= precision || (b - a).abs() <= precision {
             break;
         }
         let next = b - at_b * (b - a) / (at_b - at_a);
         let next = if next.is_finite() { next } else { 0.5 * (a + b) };
-        let at_next = function(next);
+        let (at_next, at_root) = function(next);
         if at_next * at_b < 0.0 {
             (a, at_a) = (b, at_b);
         } else {
             at_a *= 0.5;
         }
-        (b, at_b) = (next, at_next);
+        (b, at_b, left) = (next, at_next, at_root);
     }
-    b
+    left
 }
 
 #[cfg(test)]

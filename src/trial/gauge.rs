@@ -12,6 +12,7 @@ use crate::recording::{Run, Signal};
 use crate::replay::Traces;
 use crate::replay::recording::recorded;
 use nalgebra::DVector;
+use rayon::prelude::*;
 use std::ops::Range;
 
 /// Measures changes of a machine on the runs of a case.
@@ -96,12 +97,12 @@ impl<'a> Gauge<'a> {
 
     /// What the case's machine does more than another one; none where that one does not work on these runs.
     pub fn change(&self, machine: &Machine) -> Option<DVector<f64>> {
-        let mut change = Vec::new();
-        for (run, experiment) in self.experiments.iter().enumerate() {
+        let of_run = |(run, experiment): (usize, &Experiment)| {
             let traces = self.replay(machine, run).ok()?;
-            change.extend(residuals(experiment, &traces, &self.floor).into_iter().flatten());
-        }
-        let change = DVector::from_vec(change);
+            Some(residuals(experiment, &traces, &self.floor).concat())
+        };
+        let runs: Vec<Vec<f64>> = self.experiments.par_iter().enumerate().map(of_run).collect::<Option<_>>()?;
+        let change = DVector::from_vec(runs.concat());
         let is_whole = self.parts.last().is_none_or(|last| last.range.end == change.len());
         (is_whole && self.size(&change) < BROKEN).then_some(change)
     }
