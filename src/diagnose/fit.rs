@@ -36,7 +36,7 @@ pub struct Fit {
 const ROUGH_ROWS: usize = 20_000;
 
 impl Fit {
-    /// Negative logarithm of the calibration's prior; see [`Hypothesis::strain`].
+    /// Negative logarithm of the numbers' prior; see [`Hypothesis::strain`].
     pub fn strain(&self) -> f64 {
         self.hypothesis.strain(&self.values)
     }
@@ -352,7 +352,18 @@ mod tests {
     fn number(name: &'static str, neutral: f64, held: bool) -> Free {
         let (effect, freedom) = (EffectId::Cogging, Freedom::Cause);
         let path = format!("effect.cogging.{name}");
-        Free { effect, name, unit: "N", path, freedom, neutral, range: (-9.0, 9.0), scale: 1.0, held }
+        Free {
+            effect,
+            name,
+            unit: "N",
+            path,
+            freedom,
+            neutral,
+            range: (-9.0, 9.0),
+            scale: 1.0,
+            held,
+            log_sd: None,
+        }
     }
 
     fn all(free: &[Free]) -> Vec<usize> {

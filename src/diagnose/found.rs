@@ -322,6 +322,7 @@ pub(super) mod tests {
             range: (-10.0, 10.0),
             scale: 1.0,
             held: false,
+            log_sd: None,
         };
         let free: Vec<Free> = effects.iter().map(number).collect();
         let fit = Fit {

@@ -42,18 +42,31 @@ pub struct Free {
     pub scale: f64,
     /// Whether fits leave it where each start puts it.
     pub held: bool,
+    /// Standard deviation of ln(value/neutral) among machines, of a number of a cause; none where nothing is known of it.
+    pub log_sd: Option<f64>,
 }
 
-/// A tolerance is so many standard deviations of what a stated constant is usually off by, where twins are fitted and where they are
-/// judged.
+/// A tolerance, or the logarithm of a factor within which machines usually have a number, is so many standard deviations of what it is
+/// usually off by, where twins are fitted and where they are judged.
 const TOLERANCE_SIGMAS: f64 = 2.0;
 
 impl Free {
-    /// How many standard deviations a calibrated constant is off; zero for a number of a cause, which may have no neutral value at all.
+    /// How many standard deviations of its prior a number is off its neutral value: the tolerance of a calibrated constant, what machines have
+    /// of a number of a cause; zero where nothing is known of that.
     pub fn deviation(&self, value: f64) -> f64 {
-        match self.freedom {
-            Freedom::Calibration => TOLERANCE_SIGMAS * (value - self.neutral) / self.scale,
-            Freedom::Cause => 0.0,
+        match (self.freedom, self.log_sd) {
+            (Freedom::Calibration, _) => TOLERANCE_SIGMAS * (value - self.neutral) / self.scale,
+            (Freedom::Cause, Some(sd)) => (value / self.neutral).ln() / sd,
+            (Freedom::Cause, None) => 0.0,
+        }
+    }
+
+    /// Derivative of [`deviation`](Self::deviation) by the value in units of its scale.
+    fn deviation_per_scale(&self, value: f64) -> f64 {
+        match (self.freedom, self.log_sd) {
+            (Freedom::Calibration, _) => TOLERANCE_SIGMAS,
+            (Freedom::Cause, Some(sd)) => self.scale / (value * sd),
+            (Freedom::Cause, None) => 0.0,
         }
     }
 
@@ -157,7 +170,7 @@ impl Hypothesis {
         }
     }
 
-    /// Negative logarithm of the calibration's prior: half the sum of the squares of its deviations in standard deviations.
+    /// Negative logarithm of the numbers' prior beside its largest value: half the sum of the squares of their deviations in standard deviations.
     pub fn strain(&self, values: &[f64]) -> f64 {
         0.5 * self.free.iter().zip(values).map(|(free, value)| free.deviation(*value).powi(2)).sum::<f64>()
     }
@@ -165,11 +178,7 @@ impl Hypothesis {
     /// Normal matrix (its diagonal) and gradient of [`strain`](Self::strain), in steps of the numbers' scales.
     pub fn prior(&self, values: &[f64]) -> (DVector<f64>, DVector<f64>) {
         let deviation = |k: usize| self.free[k].deviation(values[k]);
-        let per_scale = |k: usize| match self.free[k].freedom {
-            Freedom::Calibration => TOLERANCE_SIGMAS,
-            // Numbers of a cause may have no neutral value at all.
-            Freedom::Cause => 0.0,
-        };
+        let per_scale = |k: usize| self.free[k].deviation_per_scale(values[k]);
         let count = self.free.len();
         let normal = DVector::from_fn(count, |k, _| per_scale(k) * per_scale(k));
         (normal, DVector::from_fn(count, |k, _| per_scale(k) * deviation(k)))
@@ -292,7 +301,9 @@ fn proposed(
         let name = parameter.key(motion);
         let (path, unit, freedom) = (path(effect, name), parameter.unit(motion), Freedom::Cause);
         let (scale, held) = (scale(start, range), parameter.held);
-        Free { effect, name, unit, path, freedom, neutral, range, scale, held }
+        let is_ratio = neutral > 0.0 && neutral.is_finite() && range.0 > 0.0;
+        let log_sd = parameter.usual_factor.filter(|_| is_ratio).map(|factor| factor.ln() / TOLERANCE_SIGMAS);
+        Free { effect, name, unit, path, freedom, neutral, range, scale, held, log_sd }
     };
     let parameters = effect.parameters().iter().enumerate();
     let mut numbers: Vec<Free> =
@@ -334,7 +345,18 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
             let range = ((neutral - half).max(low), (neutral + half).min(high));
             let path = path(effect, name);
             let freedom = Freedom::Calibration;
-            list.push(Free { effect, name, unit, path, freedom, neutral, range, scale: half, held: false });
+            list.push(Free {
+                effect,
+                name,
+                unit,
+                path,
+                freedom,
+                neutral,
+                range,
+                scale: half,
+                held: false,
+                log_sd: None,
+            });
         }
     };
     let present = &machine.description().effect;
@@ -375,7 +397,39 @@ fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
             let (low, high) = form.parameter.limits;
             let (freedom, range) =
                 (Freedom::Calibration, ((neutral - scale).max(low), (neutral + scale).min(high)));
-            Free { effect, name, unit, path, freedom, neutral, range, scale, held: false }
+            Free { effect, name, unit, path, freedom, neutral, range, scale, held: false, log_sd: None }
         },
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A force constant that is off by √3 is two standard deviations off, either way; the derivative is that of differences.
+    #[test]
+    fn exact_a_factor_is_off_by_its_logarithm() {
+        let parameter = EffectId::ForceConstant.parameters()[0];
+        let log_sd = parameter.usual_factor.map(|factor| factor.ln() / TOLERANCE_SIGMAS);
+        let free = Free {
+            effect: EffectId::ForceConstant,
+            name: parameter.name,
+            unit: parameter.unit,
+            path: String::new(),
+            freedom: Freedom::Cause,
+            neutral: 1.0,
+            range: (0.01, 100.0),
+            scale: 0.1,
+            held: false,
+            log_sd,
+        };
+        for (value, expected) in [(3.0_f64.sqrt(), 2.0), (1.0, 0.0), (3.0_f64.sqrt().recip(), -2.0)] {
+            assert!((free.deviation(value) - expected).abs() < 1e-12);
+            let step = 1e-6;
+            let slope = (free.deviation(value + step * free.scale)
+                - free.deviation(value - step * free.scale))
+                / (2.0 * step);
+            assert!((free.deviation_per_scale(value) - slope).abs() < 1e-6);
+        }
+    }
 }

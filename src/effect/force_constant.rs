@@ -20,7 +20,8 @@ use serde::{Deserialize, Serialize};
 ///
 /// # Prior
 /// f of 0.80 to 1.05, uniform: catalogues state the constant to ±10 %, of cold magnets; those of NdFeB lose 0.1 % of their flux
-/// per kelvin, and iron saturates at peak force. Data sheets of motors and magnets; IEC 60034-1 for the temperatures.
+/// per kelvin, and iron saturates at peak force. Data sheets of motors and magnets; IEC 60034-1 for the temperatures. A diagnosis takes ln(f)
+/// as normal, with ln √3 at two standard deviations: constants are stated by phase or line, and by RMS or peak current.
 ///
 /// # Source
 /// Magnets lose about 0.1 to 0.2 % of their flux per kelvin; any motor data sheet.
@@ -31,10 +32,14 @@ pub struct ForceConstant {
     pub factor: f64,
 }
 
+/// Ratio of line to phase quantities of a three-phase winding, √3.
+const LARGEST_CONVENTION: f64 = 1.732_050_807_568_877_2;
+
 impl Law for ForceConstant {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a force constant off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("factor", "1").positive()];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::same("factor", "1").positive().usually_within(LARGEST_CONVENTION)];
 
     fn fault(&self) -> Option<String> {
         not_positive("factor", self.factor)

@@ -61,6 +61,8 @@ pub struct Parameter {
     pub limits: (f64, f64),
     /// Whether the limits themselves are not allowed.
     pub open: bool,
+    /// Factor within which 95 % of machines have it of its stated value; none where nothing is known of that.
+    pub usual_factor: Option<f64>,
 }
 
 impl Parameter {
@@ -84,6 +86,7 @@ impl Parameter {
             held: false,
             limits: (f64::NEG_INFINITY, f64::INFINITY),
             open: false,
+            usual_factor: None,
         }
     }
 
@@ -105,6 +108,11 @@ impl Parameter {
     /// The parameter, which must be zero or more.
     pub const fn not_negative(self) -> Self {
         self.within(0.0, f64::INFINITY)
+    }
+
+    /// The parameter, which 95 % of machines have within this factor of its stated value.
+    pub const fn usually_within(self, factor: f64) -> Self {
+        Self { usual_factor: Some(factor), ..self }
     }
 
     /// The parameter, left by fits where each start puts it.

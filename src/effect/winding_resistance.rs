@@ -20,7 +20,8 @@ const COPPER_PER_K: f64 = 0.0039;
 ///
 /// # Prior
 /// A winding at another temperature: R = R_stated·(1 + 0.0039/K·ΔT), ΔT of −10 to +100 K, uniform. IEC 60034-1: class F allows a
-/// rise of 105 K; IEC 60228: copper.
+/// rise of 105 K; IEC 60228: copper. A diagnosis takes ln(R/R_stated) as normal, with ln 2 at two standard deviations: lines between and lines
+/// to the star point are mistaken for each other.
 ///
 /// # Source
 /// Temperature coefficient of copper, IEC 60228.
@@ -31,10 +32,14 @@ pub struct WindingResistance {
     pub resistance_ohm: f64,
 }
 
+/// Resistance or inductance between two lines of a star-connected winding beside that of a phase.
+pub(super) const LINE_TO_PHASE: f64 = 2.0;
+
 impl Law for WindingResistance {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a winding resistance off its stated value";
-    const PARAMETERS: &'static [Parameter] = &[Parameter::same("resistance_ohm", "Ω").positive()];
+    const PARAMETERS: &'static [Parameter] =
+        &[Parameter::same("resistance_ohm", "Ω").positive().usually_within(LINE_TO_PHASE)];
 
     fn fault(&self) -> Option<String> {
         not_positive("resistance_ohm", self.resistance_ohm)

@@ -36,6 +36,16 @@ pub fn effect_sheet(effect: EffectId, style: Style) -> String {
     }
     row("source", effect.source());
     row("shown by", effect.shown_by());
+    for parameter in effect.parameters() {
+        let Some(factor) = parameter.usual_factor else { continue };
+        let name = parameter.name;
+        row(
+            "prior",
+            &format!(
+                "{name}: 95 % of machines within a factor {factor:.2} of what is stated; farther off, it is a less probable cause"
+            ),
+        );
+    }
     if !effect.modifies().is_empty() {
         let modified: Vec<&str> = effect.modifies().iter().map(|other| other.name()).collect();
         row("modifies", &format!("{}; without it the effect does nothing", modified.join(" or ")));

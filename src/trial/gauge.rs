@@ -101,7 +101,8 @@ impl<'a> Gauge<'a> {
             let traces = self.replay(machine, run).ok()?;
             Some(residuals(experiment, &traces, &self.floor).concat())
         };
-        let runs: Vec<Vec<f64>> = self.experiments.par_iter().enumerate().map(of_run).collect::<Option<_>>()?;
+        let runs: Vec<Vec<f64>> =
+            self.experiments.par_iter().enumerate().map(of_run).collect::<Option<_>>()?;
         let change = DVector::from_vec(runs.concat());
         let is_whole = self.parts.last().is_none_or(|last| last.range.end == change.len());
         (is_whole && self.size(&change) < BROKEN).then_some(change)

@@ -67,6 +67,10 @@ fn exact_every_effect_tells_what_its_law_states() {
         for part in parts {
             assert!(told.contains(&bare(part)), "`{part}` is not in:\n{sheet}");
         }
+        let factors = effect.parameters().iter().filter_map(|parameter| parameter.usual_factor);
+        for factor in factors.map(|factor| format!("within a factor {factor:.2}")) {
+            assert!(told.contains(&bare(&factor)), "`{factor}` is not in:\n{sheet}");
+        }
         let table: Vec<&str> = sheet.lines().skip_while(|line| !line.contains("in a machine file")).collect();
         assert_eq!(bare(&table[1..].concat()), bare(&example(effect)), "{}", effect.name());
     }

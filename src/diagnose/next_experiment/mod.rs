@@ -109,6 +109,8 @@ fn percent(share: f64) -> String {
 const SETTLES: f64 = 10.0;
 /// More than this is not worth paying for, in nats.
 const ENOUGH: f64 = 40.0;
+/// Plans tried at once; which one is best does not depend on it.
+const AT_A_TIME: usize = 4;
 /// Rivals looked at.
 const MOST_RIVALS: usize = 4;
 /// Signals that a replay predicts, in the order of what it takes to log one: what the drive knows, then sensors.
@@ -217,15 +219,33 @@ impl<'a> Desk<'a> {
         Some(self.write(&first, &others))
     }
 
-    /// The plan that settles most, and among those the one worth most for its time.
+    /// The plan that settles most, and among those the one worth most for its time; the first of equals.
+    ///
+    /// Plans are tried from the quickest on, a few at a time. Once one settles all rivals, those that could not be worth more for their time are not
+    /// tried: what is beyond [`ENOUGH`] is worth nothing.
     fn best(&self, plans: &[Plan], extra: Option<Signal>) -> Option<Trial> {
         let base = self.base(extra)?;
-        let trials: Vec<Trial> =
-            plans.par_iter().filter_map(|plan| self.attempt(plan, &base, extra)).collect();
-        trials.into_iter().reduce(|best, trial| {
-            let better = (trial.settled, trial.worth) > (best.settled, best.worth);
-            if better { trial } else { best }
-        })
+        let all: f64 = self.rivals.iter().map(|rival| rival.weight).sum();
+        let mut open: Vec<(usize, &Plan, f64)> =
+            plans.iter().enumerate().map(|(k, plan)| (k, plan, plan.costs_s(&base))).collect();
+        open.sort_by(|a, b| a.2.total_cmp(&b.2));
+        let mut best: Option<(usize, Trial)> = None;
+        for some in open.chunks(AT_A_TIME) {
+            let may_win = |cost_s: f64| {
+                let settles = best.as_ref().filter(|(_, best)| best.settled >= all);
+                settles.is_none_or(|(_, best)| ENOUGH * all / cost_s >= best.worth)
+            };
+            let trials: Vec<(usize, Trial)> = some
+                .par_iter()
+                .filter(|(.., cost_s)| may_win(*cost_s))
+                .filter_map(|(k, plan, _)| Some((*k, self.attempt(plan, &base, extra)?)))
+                .collect();
+            best = best.into_iter().chain(trials).reduce(|best, next| {
+                let rank = |(k, trial): &(usize, Trial)| (trial.settled, trial.worth, std::cmp::Reverse(*k));
+                if rank(&next) > rank(&best) { next } else { best }
+            });
+        }
+        best.map(|(_, trial)| trial)
     }
 
     /// The machine with a second position sensor where one is to be tried; none where it has it or cannot be told
