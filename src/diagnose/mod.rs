@@ -29,6 +29,7 @@ mod floors;
 mod folds;
 pub mod found;
 pub mod grounds;
+mod half_pitch;
 pub mod harmonic;
 pub mod hypothesis;
 pub mod identifiability;
