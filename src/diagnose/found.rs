@@ -3,10 +3,11 @@
 use super::candidate::Candidate;
 use super::decide::Limits;
 use super::evidence::{MOST, Score, bootstrap};
-use super::fit::{SIGNIFICANCE, Sensitivities};
+use super::fit::Sensitivities;
 use super::folds::Folds;
 use super::hypothesis::EffectSet;
 use super::proposals::Proposals;
+use super::wald::SIGNIFICANCE;
 use crate::effect::EffectId;
 use std::collections::BTreeMap;
 

@@ -1,7 +1,8 @@
 //! A wave of which the second harmonic alone shows: one of half the pitch.
 
-use super::fit::{Fit, show_together};
-use super::hypothesis::Freedom;
+use super::hypothesis::{Freedom, Hypothesis};
+use super::wald::shows;
+use nalgebra::DMatrix;
 
 /// The values of a fit with half the pitch for each wave whose first harmonic does not show while its second one does; none where there is no
 /// such wave.
@@ -11,9 +12,10 @@ use super::hypothesis::Freedom;
 ///   a₂·sin(2·2πx/λ) + b₂·cos(2·2πx/λ) = a₂·sin(2πx/(λ/2)) + b₂·cos(2πx/(λ/2))
 /// ```
 /// exactly, so that a pitch whose first harmonic is nothing is told twice as long as it is. The second harmonic of the half pitch begins at zero.
-pub(super) fn halved(fit: &Fit) -> Option<Vec<f64>> {
-    let free = &fit.hypothesis.free;
-    let mut values = fit.values.clone();
+pub(super) fn halved(hypothesis: &Hypothesis, fitted: &[f64], covariance: &DMatrix<f64>) -> Option<Vec<f64>> {
+    let free = &hypothesis.free;
+    let shows = |numbers: [usize; 2]| shows(numbers.to_vec(), free, fitted, covariance, 1.0);
+    let mut values = fitted.to_vec();
     for (k, period) in free.iter().enumerate() {
         let own = |name: &str| {
             free.iter().position(|other| {
@@ -27,27 +29,26 @@ pub(super) fn halved(fit: &Fit) -> Option<Vec<f64>> {
             continue;
         };
         let is_pitch = period.freedom == Freedom::Cause && period.name.starts_with("period_");
-        let half = 0.5 * fit.values[k];
-        let is_second_alone = !show_together(fit, [sine, cosine]) && show_together(fit, [sine_2, cosine_2]);
+        let half = 0.5 * fitted[k];
+        let is_second_alone = !shows([sine, cosine]) && shows([sine_2, cosine_2]);
         if is_pitch && half >= period.range.0 && is_second_alone {
             values[k] = half;
             for (first, second) in [(sine, sine_2), (cosine, cosine_2)] {
-                (values[first], values[second]) = (fit.values[second], 0.0);
+                (values[first], values[second]) = (fitted[second], 0.0);
             }
         }
     }
-    (values != fit.values).then_some(values)
+    (values != fitted).then_some(values)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::hypothesis::{EffectSet, Free, Hypothesis};
+    use crate::diagnose::hypothesis::{EffectSet, Free};
     use crate::effect::EffectId;
-    use nalgebra::DMatrix;
 
-    /// A fit of a cogging whose amplitudes have a standard error of one.
-    fn fitted(values: [f64; 5]) -> Fit {
+    /// [`halved`] of a cogging whose amplitudes have a standard error of one.
+    fn of(values: [f64; 5]) -> Option<Vec<f64>> {
         let number = |name: &'static str| Free {
             effect: EffectId::Cogging,
             name,
@@ -68,22 +69,15 @@ mod tests {
             inherited: 0,
             elsewhere: EffectSet::new(),
         };
-        Fit {
-            hypothesis,
-            values: values.to_vec(),
-            size: 0.0,
-            standard_errors: vec![1.0; 5],
-            covariance: DMatrix::identity(5, 5),
-            shown: EffectSet::from([EffectId::Cogging]),
-        }
+        halved(&hypothesis, &values, &DMatrix::identity(5, 5))
     }
 
     /// Without a first harmonic the pitch is half; with one, or without a second, or below the shortest pitch, it is what it is.
     #[test]
     fn exact_a_second_harmonic_alone_is_half_the_pitch() {
-        assert_eq!(halved(&fitted([0.044, 0.5, -1.0, 3.0, -24.0])), Some(vec![0.022, 3.0, -24.0, 0.0, 0.0]));
-        assert_eq!(halved(&fitted([0.044, 5.0, -1.0, 3.0, -24.0])), None);
-        assert_eq!(halved(&fitted([0.044, 0.5, -1.0, 0.5, 0.5])), None);
-        assert_eq!(halved(&fitted([0.018, 0.5, -1.0, 3.0, -24.0])), None);
+        assert_eq!(of([0.044, 0.5, -1.0, 3.0, -24.0]), Some(vec![0.022, 3.0, -24.0, 0.0, 0.0]));
+        assert_eq!(of([0.044, 5.0, -1.0, 3.0, -24.0]), None);
+        assert_eq!(of([0.044, 0.5, -1.0, 0.5, 0.5]), None);
+        assert_eq!(of([0.018, 0.5, -1.0, 3.0, -24.0]), None);
     }
 }

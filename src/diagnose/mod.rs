@@ -65,6 +65,7 @@ pub mod smooth;
 pub mod untested;
 pub mod verdict;
 pub mod visibility;
+mod wald;
 mod wave_sets;
 mod wave_starts;
 mod waves;
