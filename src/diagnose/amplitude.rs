@@ -2,7 +2,6 @@
 
 use super::fit::Fit;
 use super::folds::{Folds, Uncertain};
-use super::hypothesis::{Free, Freedom};
 use super::parameter::{NORMAL_975, Parameter};
 use crate::effect::EffectId;
 use std::collections::BTreeMap;
@@ -36,13 +35,7 @@ pub struct Wave<'a> {
 pub fn amplitude_of_sum(fit: &Fit, folds: &Folds, waves: &[Wave]) -> Option<Parameter> {
     let free = &fit.hypothesis.free;
     let places = |part: &str| -> Option<Vec<usize>> {
-        let place = |wave: &Wave| {
-            let is_it = |number: &Free| {
-                let named = number.effect.name() == wave.effect && number.freedom == Freedom::Cause;
-                named && number.name.strip_prefix(part) == Some(wave.suffix)
-            };
-            free.iter().position(is_it)
-        };
+        let place = |wave: &Wave| fit.hypothesis.place(wave.effect, &format!("{part}{}", wave.suffix));
         waves.iter().map(place).collect()
     };
     let (sines, cosines) = (places("sine")?, places("cosine")?);

@@ -133,7 +133,7 @@ impl Here<'_> {
             // A step that hardly differs from the last one, which did not fall, is not replayed.
             let is_new = |step: &DVector<f64>| last.as_ref().is_none_or(|last| differs(step, last));
             if let Some((step, moved)) = step.filter(is_new).zip(moved) {
-                if let Some(next) = self.along_the_bend(model, &step, moved, *damping, tried)? {
+                if let Some(next) = self.corrected(model, &step, moved, *damping, tried)? {
                     return Ok(Some(next));
                 }
                 last = Some(step);
@@ -143,17 +143,17 @@ impl Here<'_> {
         Ok(None)
     }
 
-    /// Where a step leads that falls, or what becomes of it by corrections; none where it does not fall.
+    /// Where a step leads that falls, itself or after second-order corrections; none where it does not fall.
     ///
     /// # Model
-    /// A step v that does not fall shows how the residuals bend on its way: `b = r(θ + v) − r(θ) − J·v`. The step s that would lead to the least
+    /// A step v that does not fall shows how the residuals depart from the linear model on its way: `b = r(θ + v) − r(θ) − J·v`. The step s that would lead to the least
     /// `‖r + b + J·s‖²` is tried next, and corrected again as long as that converges: in a curved valley it is as long as v, and a damped step is
     /// short. The first steps of a descent find a valley, and are not corrected.
     ///
     /// # Source
     /// M. K. Transtrum, J. P. Sethna (2012), *Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization*,
-    /// arXiv:1201.5885, geodesic acceleration; here the bend is taken over the whole step, which costs no replay of its own.
-    fn along_the_bend(
+    /// arXiv:1201.5885, geodesic acceleration; here the curvature is taken over the whole step, which costs no replay of its own.
+    fn corrected(
         &self,
         model: &Model,
         step: &DVector<f64>,
@@ -171,16 +171,16 @@ impl Here<'_> {
             if correction == corrections {
                 break;
             }
-            let bent = residuals - self.residuals - self.jacobian * &way;
-            let pull = self.jacobian.tr_mul(&bent.component_mul(self.weights));
-            let Some(corrected) = model.least(&(&model.gradient + pull), damping) else { break };
-            let change = model.length(&(&corrected - &way));
+            let curvature = residuals - self.residuals - self.jacobian * &way;
+            let pull = self.jacobian.tr_mul(&curvature.component_mul(self.weights));
+            let Some(next) = model.least(&(&model.gradient + pull), damping) else { break };
+            let change = model.length(&(&next - &way));
             if change <= 0.0 || change > trusted {
                 break;
             }
             trusted = MOST_CORRECTION * change;
-            moved = model.moved(&corrected);
-            way = corrected;
+            moved = model.moved(&next);
+            way = next;
         }
         Ok(None)
     }
@@ -248,26 +248,15 @@ impl Model<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::hypothesis::tests::number;
     use crate::effect::EffectId;
 
     /// On the floor of Rosenbrock's valley, r = (100·(y − x²), 1 − x), the undamped step ends far up its wall. Corrected once it ends in the
-    /// minimum: the bend of a parabola is the same everywhere.
+    /// minimum: the second derivative of a parabola is the same everywhere.
     #[test]
-    fn exact_a_bent_valley_is_followed_to_its_end() {
+    fn exact_a_curved_valley_is_followed_to_its_end() {
         let residuals = |at: &[f64]| DVector::from_vec(vec![100.0 * (at[1] - at[0] * at[0]), 1.0 - at[0]]);
-        let number = |name: &'static str| Free {
-            effect: EffectId::Cogging,
-            name,
-            unit: "1",
-            path: name.to_owned(),
-            freedom: crate::diagnose::hypothesis::Freedom::Cause,
-            neutral: 0.0,
-            range: (-9.0, 9.0),
-            scale: 1.0,
-            held: false,
-            log_sd: None,
-        };
-        let free = [number("x"), number("y")];
+        let free = ["x", "y"].map(|name| number(EffectId::Cogging, name));
         let values = [0.5, 0.25];
         let begun = residuals(&values);
         let jacobian = DMatrix::from_row_slice(2, 2, &[-100.0, 100.0, -1.0, 0.0]);

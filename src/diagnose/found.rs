@@ -304,7 +304,8 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
 pub(super) mod tests {
     use super::*;
     use crate::diagnose::fit::Fit;
-    use crate::diagnose::hypothesis::{Free, Freedom, Hypothesis};
+    use crate::diagnose::hypothesis::Free;
+    use crate::diagnose::hypothesis::tests::{hypothesis, number};
     use crate::diagnose::predictive::Predictive;
 
     pub(in crate::diagnose) const COULOMB: EffectId = EffectId::CoulombFriction;
@@ -313,33 +314,14 @@ pub(super) mod tests {
     /// An explanation with one number per effect, in −10 to 10, that leaves this mean square; all of them show.
     pub(in crate::diagnose) fn candidate(effects: &[EffectId], value: f64, mean_square: f64) -> Candidate {
         let effects: EffectSet = effects.iter().copied().collect();
-        let number = |effect: &EffectId| Free {
-            effect: *effect,
-            name: "n",
-            unit: "N",
-            path: format!("effect.{}.n", effect.name()),
-            freedom: Freedom::Cause,
-            neutral: 0.0,
-            range: (-10.0, 10.0),
-            scale: 1.0,
-            held: false,
-            log_sd: None,
-        };
-        let free: Vec<Free> = effects.iter().map(number).collect();
+        let free: Vec<Free> = effects.iter().map(|effect| number(*effect, "n")).collect();
         let fit = Fit {
             values: vec![value; free.len()],
             size: 0.0,
             standard_errors: vec![0.1; free.len()],
             covariance: nalgebra::DMatrix::from_diagonal_element(free.len(), free.len(), 0.01),
-            shown: effects.clone(),
-            hypothesis: Hypothesis {
-                effects,
-                free,
-                starts: vec![],
-                building: 0,
-                inherited: 0,
-                elsewhere: EffectSet::new(),
-            },
+            shown: effects,
+            hypothesis: hypothesis(free),
         };
         let score = Score::even(mean_square);
         let predictive = Predictive { score: score.clone(), cost: 0.0 };

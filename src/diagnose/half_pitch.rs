@@ -1,7 +1,8 @@
 //! A wave of which the second harmonic alone shows: one of half the pitch.
 
-use super::hypothesis::{Freedom, Hypothesis};
+use super::hypothesis::{Free, Hypothesis};
 use super::wald::shows;
+use crate::effect::EffectId;
 use nalgebra::DMatrix;
 
 /// The values of a fit with half the pitch for each wave whose first harmonic does not show while its second one does; none where there is no
@@ -12,28 +13,20 @@ use nalgebra::DMatrix;
 ///   a₂·sin(2·2πx/λ) + b₂·cos(2·2πx/λ) = a₂·sin(2πx/(λ/2)) + b₂·cos(2πx/(λ/2))
 /// ```
 /// exactly, so that a pitch whose first harmonic is nothing is told twice as long as it is. The second harmonic of the half pitch begins at zero.
+///
+/// # Validity
+/// What shows differs from zero, whatever the twin has of the wave already.
 pub(super) fn halved(hypothesis: &Hypothesis, fitted: &[f64], covariance: &DMatrix<f64>) -> Option<Vec<f64>> {
-    let free = &hypothesis.free;
-    let shows = |numbers: [usize; 2]| shows(numbers.to_vec(), free, fitted, covariance, 1.0);
+    let from_zero: Vec<Free> =
+        hypothesis.free.iter().map(|free| Free { neutral: 0.0, ..free.clone() }).collect();
+    let shows = |numbers: [usize; 2]| shows(numbers.to_vec(), &from_zero, fitted, covariance, 1.0);
     let mut values = fitted.to_vec();
-    for (k, period) in free.iter().enumerate() {
-        let own = |name: &str| {
-            free.iter().position(|other| {
-                let is_own = other.effect == period.effect && other.freedom == Freedom::Cause;
-                is_own && other.name.trim_end_matches("_nm").trim_end_matches("_n") == name
-            })
-        };
-        let [Some(sine), Some(cosine), Some(sine_2), Some(cosine_2)] =
-            ["sine", "cosine", "sine_2", "cosine_2"].map(own)
-        else {
-            continue;
-        };
-        let is_pitch = period.freedom == Freedom::Cause && period.name.starts_with("period_");
+    for (k, period) in hypothesis.free.iter().enumerate().filter(|(_, free)| free.is_line()) {
+        let Some([first, second]) = harmonics(hypothesis, period.effect) else { continue };
         let half = 0.5 * fitted[k];
-        let is_second_alone = !shows([sine, cosine]) && shows([sine_2, cosine_2]);
-        if is_pitch && half >= period.range.0 && is_second_alone {
+        if half >= period.range.0 && !shows(first) && shows(second) {
             values[k] = half;
-            for (first, second) in [(sine, sine_2), (cosine, cosine_2)] {
+            for (first, second) in first.into_iter().zip(second) {
                 (values[first], values[second]) = (fitted[second], 0.0);
             }
         }
@@ -41,43 +34,42 @@ pub(super) fn halved(hypothesis: &Hypothesis, fitted: &[f64], covariance: &DMatr
     (values != fitted).then_some(values)
 }
 
+/// Places of sine and cosine of an effect's first and second harmonic; none of an effect without a second one.
+fn harmonics(hypothesis: &Hypothesis, effect: EffectId) -> Option<[[usize; 2]; 2]> {
+    let unit = hypothesis
+        .free
+        .iter()
+        .find_map(|free| free.name.strip_prefix("sine").filter(|_| free.effect == effect))?;
+    let place = |part: &str, order: &str| hypothesis.place(effect.name(), &format!("{part}{order}{unit}"));
+    let of = |order: &str| Some([place("sine", order)?, place("cosine", order)?]);
+    Some([of("")?, of("_2")?])
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::hypothesis::{EffectSet, Free};
-    use crate::effect::EffectId;
+    use crate::diagnose::hypothesis::tests::{hypothesis, number};
 
-    /// [`halved`] of a cogging whose amplitudes have a standard error of one.
-    fn of(values: [f64; 5]) -> Option<Vec<f64>> {
-        let number = |name: &'static str| Free {
-            effect: EffectId::Cogging,
-            name,
-            unit: "N",
-            path: format!("effect.cogging.{name}"),
-            freedom: Freedom::Cause,
-            neutral: if name == "period_m" { f64::NAN } else { 0.0 },
-            range: if name == "period_m" { (0.01, 0.06) } else { (-50.0, 50.0) },
-            scale: 1.0,
-            held: false,
-            log_sd: None,
-        };
-        let hypothesis = Hypothesis {
-            effects: EffectSet::from([EffectId::Cogging]),
-            free: ["period_m", "sine_n", "cosine_n", "sine_2_n", "cosine_2_n"].map(number).to_vec(),
-            starts: vec![],
-            building: 0,
-            inherited: 0,
-            elsewhere: EffectSet::new(),
-        };
-        halved(&hypothesis, &values, &DMatrix::identity(5, 5))
+    /// [`halved`] of a cogging whose amplitudes have a standard error of one, where the twin has this much of the sine already.
+    fn of(values: [f64; 5], stated: f64) -> Option<Vec<f64>> {
+        let names = ["period_m", "sine_n", "cosine_n", "sine_2_n", "cosine_2_n"];
+        let mut free = names.map(|name| number(EffectId::Cogging, name));
+        (free[0].range, free[0].neutral, free[1].neutral) = ((0.01, 0.06), f64::NAN, stated);
+        halved(&hypothesis(free.to_vec()), &values, &DMatrix::identity(5, 5))
     }
 
     /// Without a first harmonic the pitch is half; with one, or without a second, or below the shortest pitch, it is what it is.
     #[test]
     fn exact_a_second_harmonic_alone_is_half_the_pitch() {
-        assert_eq!(of([0.044, 0.5, -1.0, 3.0, -24.0]), Some(vec![0.022, 3.0, -24.0, 0.0, 0.0]));
-        assert_eq!(of([0.044, 5.0, -1.0, 3.0, -24.0]), None);
-        assert_eq!(of([0.044, 0.5, -1.0, 0.5, 0.5]), None);
-        assert_eq!(of([0.018, 0.5, -1.0, 3.0, -24.0]), None);
+        assert_eq!(of([0.044, 0.5, -1.0, 3.0, -24.0], 0.0), Some(vec![0.022, 3.0, -24.0, 0.0, 0.0]));
+        assert_eq!(of([0.044, 5.0, -1.0, 3.0, -24.0], 0.0), None);
+        assert_eq!(of([0.044, 0.5, -1.0, 0.5, 0.5], 0.0), None);
+        assert_eq!(of([0.018, 0.5, -1.0, 3.0, -24.0], 0.0), None);
+    }
+
+    /// A first harmonic that the twin has already is one, though nothing of it has changed.
+    #[test]
+    fn exact_a_stated_first_harmonic_keeps_its_pitch() {
+        assert_eq!(of([0.044, 5.0, -1.0, 3.0, -24.0], 5.0), None);
     }
 }

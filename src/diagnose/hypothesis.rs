@@ -197,6 +197,13 @@ impl Hypothesis {
         (!numbers.is_empty()).then_some((numbers, found))
     }
 
+    /// Place of a number of a cause among [`free`](Self::free), by the names of its effect and of itself.
+    pub(super) fn place(&self, effect: &str, name: &str) -> Option<usize> {
+        let is_it =
+            |free: &Free| free.freedom == Freedom::Cause && free.effect.name() == effect && free.name == name;
+        self.free.iter().position(is_it)
+    }
+
     pub(super) fn value(&self, path: &str, values: &[f64]) -> Option<f64> {
         self.free.iter().position(|free| free.path == path).map(|k| values[k])
     }
@@ -403,26 +410,38 @@ fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
+
+    /// A number of a cause, from −10 to 10, which leaves the twin as it is at zero.
+    pub(in crate::diagnose) fn number(effect: EffectId, name: &'static str) -> Free {
+        Free {
+            effect,
+            name,
+            unit: "N",
+            path: path(effect, name),
+            freedom: Freedom::Cause,
+            neutral: 0.0,
+            range: (-10.0, 10.0),
+            scale: 1.0,
+            held: false,
+            log_sd: None,
+        }
+    }
+
+    /// A hypothesis with these numbers.
+    pub(in crate::diagnose) fn hypothesis(free: Vec<Free>) -> Hypothesis {
+        let effects = free.iter().map(|free| free.effect).collect();
+        Hypothesis { effects, free, starts: vec![], building: 0, inherited: 0, elsewhere: EffectSet::new() }
+    }
 
     /// A force constant that is off by √3 is two standard deviations off, either way; the derivative is that of differences.
     #[test]
     fn exact_a_factor_is_off_by_its_logarithm() {
         let parameter = EffectId::ForceConstant.parameters()[0];
         let log_sd = parameter.usual_factor.map(|factor| factor.ln() / TOLERANCE_SIGMAS);
-        let free = Free {
-            effect: EffectId::ForceConstant,
-            name: parameter.name,
-            unit: parameter.unit,
-            path: String::new(),
-            freedom: Freedom::Cause,
-            neutral: 1.0,
-            range: (0.01, 100.0),
-            scale: 0.1,
-            held: false,
-            log_sd,
-        };
+        let of_factor = number(EffectId::ForceConstant, parameter.name);
+        let free = Free { neutral: 1.0, range: (0.01, 100.0), scale: 0.1, log_sd, ..of_factor };
         for (value, expected) in [(3.0_f64.sqrt(), 2.0), (1.0, 0.0), (3.0_f64.sqrt().recip(), -2.0)] {
             assert!((free.deviation(value) - expected).abs() < 1e-12);
             let step = 1e-6;

@@ -52,24 +52,11 @@ pub(super) fn shows(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::hypothesis::Freedom;
+    use crate::diagnose::hypothesis;
     use crate::effect::EffectId;
 
     fn number(name: &'static str, neutral: f64, held: bool) -> Free {
-        let (effect, freedom) = (EffectId::Cogging, Freedom::Cause);
-        let path = format!("effect.cogging.{name}");
-        Free {
-            effect,
-            name,
-            unit: "N",
-            path,
-            freedom,
-            neutral,
-            range: (-9.0, 9.0),
-            scale: 1.0,
-            held,
-            log_sd: None,
-        }
+        Free { neutral, held, ..hypothesis::tests::number(EffectId::Cogging, name) }
     }
 
     fn all(free: &[Free]) -> Vec<usize> {

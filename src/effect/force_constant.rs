@@ -1,7 +1,7 @@
 //! The motor's force constant off its stated value.
 
 use super::law::not_positive;
-use super::prior::{Machinery, Prior};
+use super::prior::{LINE_VOLTAGE_TO_PHASE, Machinery, Prior};
 use super::unlike::Unlike;
 use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
@@ -21,7 +21,8 @@ use serde::{Deserialize, Serialize};
 /// # Prior
 /// f of 0.80 to 1.05, uniform: catalogues state the constant to ±10 %, of cold magnets; those of NdFeB lose 0.1 % of their flux
 /// per kelvin, and iron saturates at peak force. Data sheets of motors and magnets; IEC 60034-1 for the temperatures. A diagnosis takes ln(f)
-/// as normal, with ln √3 at two standard deviations: constants are stated by phase or line, and by RMS or peak current.
+/// as normal, with ln √3 at two standard deviations: constants are stated by phase or line (√3), and by RMS or peak current (√2). That width is
+/// an engineering estimate.
 ///
 /// # Source
 /// Magnets lose about 0.1 to 0.2 % of their flux per kelvin; any motor data sheet.
@@ -32,14 +33,11 @@ pub struct ForceConstant {
     pub factor: f64,
 }
 
-/// Ratio of line to phase quantities of a three-phase winding, √3.
-const LARGEST_CONVENTION: f64 = 1.732_050_807_568_877_2;
-
 impl Law for ForceConstant {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a force constant off its stated value";
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter::same("factor", "1").positive().usually_within(LARGEST_CONVENTION)];
+        &[Parameter::same("factor", "1").positive().usually_within(LINE_VOLTAGE_TO_PHASE)];
 
     fn fault(&self) -> Option<String> {
         not_positive("factor", self.factor)

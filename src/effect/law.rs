@@ -61,7 +61,7 @@ pub struct Parameter {
     pub limits: (f64, f64),
     /// Whether the limits themselves are not allowed.
     pub open: bool,
-    /// Factor within which 95 % of machines have it of its stated value; none where nothing is known of that.
+    /// 95 % of machines have a value within this factor of the stated one, normal in the logarithm; none where nothing is known of that.
     pub usual_factor: Option<f64>,
 }
 

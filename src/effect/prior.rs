@@ -18,6 +18,14 @@ pub(super) const A_TURN: (f64, f64) = (2.0, 84.0);
 ///
 /// Dimension tables of rolling-bearing and rotary-encoder catalogues.
 const RADII_M: (f64, f64) = (0.010, 0.050);
+/// Resistance or inductance between two lines of a star-connected winding, beside that of a phase.
+///
+/// Any text on three-phase machines.
+pub(super) const LINES_TO_PHASE: f64 = 2.0;
+/// Voltage between two lines of a star-connected winding beside that of a phase, √3, and with it a constant that is stated for the one or the other.
+///
+/// Any text on three-phase machines.
+pub(super) const LINE_VOLTAGE_TO_PHASE: f64 = 1.732_050_807_568_877_2;
 /// Second harmonic of a pitch as a share of the first.
 const SECOND: (f64, f64) = (0.0, 0.4);
 /// Friction that a feature modifies where none is stated, as a share of the rated force: the middle of

@@ -1,9 +1,8 @@
 //! Winding inductance off its stated value.
 
 use super::law::not_positive;
-use super::prior::{Machinery, Prior};
+use super::prior::{LINES_TO_PHASE, Machinery, Prior};
 use super::unlike::Unlike;
-use super::winding_resistance::LINE_TO_PHASE;
 use super::{Constants, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
 use serde::{Deserialize, Serialize};
@@ -19,7 +18,8 @@ use serde::{Deserialize, Serialize};
 /// # Prior
 /// L of 0.7 to 1.3 times the stated one, uniform: data sheets give inductances to 20 to 30 %, iron saturates, and lines between
 /// or to the star point are mistaken. Data sheets of servo motors; Boldea (2013), *Linear Electric Machines, Drives, and MAGLEVs
-/// Handbook*, on saturation. A diagnosis takes ln(L/L_stated) as normal, with ln 2 at two standard deviations.
+/// Handbook*, on saturation. A diagnosis takes ln(L/L_stated) as normal, with ln 2 at two standard deviations, an
+/// engineering estimate.
 ///
 /// # Source
 /// Any text on electrical drives.
@@ -34,7 +34,7 @@ impl Law for WindingInductance {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a winding inductance off its stated value";
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter::same("inductance_h", "H").positive().usually_within(LINE_TO_PHASE)];
+        &[Parameter::same("inductance_h", "H").positive().usually_within(LINES_TO_PHASE)];
 
     fn fault(&self) -> Option<String> {
         not_positive("inductance_h", self.inductance_h)

@@ -1,7 +1,7 @@
 //! Winding resistance off its stated value.
 
 use super::law::not_positive;
-use super::prior::{Machinery, Prior};
+use super::prior::{LINES_TO_PHASE, Machinery, Prior};
 use super::unlike::Unlike;
 use super::{Constants, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::drive::motor::Circuit;
@@ -21,7 +21,7 @@ const COPPER_PER_K: f64 = 0.0039;
 /// # Prior
 /// A winding at another temperature: R = R_stated·(1 + 0.0039/K·ΔT), ΔT of −10 to +100 K, uniform. IEC 60034-1: class F allows a
 /// rise of 105 K; IEC 60228: copper. A diagnosis takes ln(R/R_stated) as normal, with ln 2 at two standard deviations: lines between and lines
-/// to the star point are mistaken for each other.
+/// to the star point are mistaken for each other. That width is an engineering estimate.
 ///
 /// # Source
 /// Temperature coefficient of copper, IEC 60228.
@@ -32,14 +32,11 @@ pub struct WindingResistance {
     pub resistance_ohm: f64,
 }
 
-/// Resistance or inductance between two lines of a star-connected winding beside that of a phase.
-pub(super) const LINE_TO_PHASE: f64 = 2.0;
-
 impl Law for WindingResistance {
     const SITE: Site = Site::Motor;
     const PHRASE: &'static str = "a winding resistance off its stated value";
     const PARAMETERS: &'static [Parameter] =
-        &[Parameter::same("resistance_ohm", "Ω").positive().usually_within(LINE_TO_PHASE)];
+        &[Parameter::same("resistance_ohm", "Ω").positive().usually_within(LINES_TO_PHASE)];
 
     fn fault(&self) -> Option<String> {
         not_positive("resistance_ohm", self.resistance_ohm)

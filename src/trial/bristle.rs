@@ -124,31 +124,31 @@ impl Fading {
     }
 }
 
-/// What is left of a function whose slope is at least a half, at its root near `start`, known to `precision`: Illinois' method in the bracket
-/// that the slope gives.
+/// What a function whose slope is at least a half gives beside its value at its root near `start`, which is known to `precision`: Illinois' method
+/// in the bracket that the slope gives.
 fn root<T>(function: impl Fn(f64) -> (f64, T), start: f64, precision: f64) -> T {
-    let (at_start, left) = function(start);
+    let (at_start, given) = function(start);
     if at_start.abs() <= precision || !at_start.is_finite() {
-        return left;
+        return given;
     }
     let (mut a, mut at_a) = (start, at_start);
     let mut b = start - 2.0 * at_start;
-    let (mut at_b, mut left) = function(b);
+    let (mut at_b, mut given) = function(b);
     for _ in 0..MOST_ITERATIONS {
         if at_b.abs() <= precision || (b - a).abs() <= precision {
             break;
         }
         let next = b - at_b * (b - a) / (at_b - at_a);
         let next = if next.is_finite() { next } else { 0.5 * (a + b) };
-        let (at_next, at_root) = function(next);
+        let (at_next, given_next) = function(next);
         if at_next * at_b < 0.0 {
             (a, at_a) = (b, at_b);
         } else {
             at_a *= 0.5;
         }
-        (b, at_b, left) = (next, at_next, at_root);
+        (b, at_b, given) = (next, at_next, given_next);
     }
-    left
+    given
 }
 
 #[cfg(test)]

@@ -109,8 +109,6 @@ fn percent(share: f64) -> String {
 const SETTLES: f64 = 10.0;
 /// More than this is not worth paying for, in nats.
 const ENOUGH: f64 = 40.0;
-/// Plans tried at once; which one is best does not depend on it.
-const AT_A_TIME: usize = 4;
 /// Rivals looked at.
 const MOST_RIVALS: usize = 4;
 /// Signals that a replay predicts, in the order of what it takes to log one: what the drive knows, then sensors.
@@ -221,7 +219,7 @@ impl<'a> Desk<'a> {
 
     /// The plan that settles most, and among those the one worth most for its time; the first of equals.
     ///
-    /// Plans are tried from the quickest on, a few at a time. Once one settles all rivals, those that could not be worth more for their time are not
+    /// Plans are tried from the quickest on, one a core at a time. Once one settles all rivals, those that could not be worth more for their time are not
     /// tried: what is beyond [`ENOUGH`] is worth nothing.
     fn best(&self, plans: &[Plan], extra: Option<Signal>) -> Option<Trial> {
         let base = self.base(extra)?;
@@ -230,7 +228,7 @@ impl<'a> Desk<'a> {
             plans.iter().enumerate().map(|(k, plan)| (k, plan, plan.costs_s(&base))).collect();
         open.sort_by(|a, b| a.2.total_cmp(&b.2));
         let mut best: Option<(usize, Trial)> = None;
-        for some in open.chunks(AT_A_TIME) {
+        for some in open.chunks(rayon::current_num_threads()) {
             let may_win = |cost_s: f64| {
                 let settles = best.as_ref().filter(|(_, best)| best.settled >= all);
                 settles.is_none_or(|(_, best)| ENOUGH * all / cost_s >= best.worth)
