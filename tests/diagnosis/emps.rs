@@ -20,7 +20,8 @@ const FORCE_PER_VOLT: f64 = 35.150_651_88;
 /// RMS of the force residual that a replay with the published symmetric parameters leaves on the pulse file, N.
 const PUBLISHED_FORCE_RESIDUAL_N: f64 = 3.17;
 
-/// What a log of effort and position shows of such an axis; the whole catalogue gives the same and takes minutes.
+/// What a log of effort and position shows of such an axis. The whole catalogue gives no verdict (README.md): friction of one place, wider than the
+/// travel, is a rival there.
 const CATALOGUE: [EffectId; 8] = [
     EffectId::PositionGain,
     EffectId::VelocityGain,
