@@ -246,22 +246,27 @@ mod tests {
         }
     }
 
-    fn proof(closed: f64, upper: f64) -> RigidBody {
-        RigidBody { before: 10.0, after: 8.0, closed, closed_ci95: [closed - 0.1, upper], runs: Vec::new() }
+    fn proof(closed: f64, upper: f64, on_axis: f64) -> RigidBody {
+        let closed_ci95 = [closed - 0.1, upper];
+        RigidBody { before: 10.0, after: 8.0, closed, closed_ci95, closed_on_axis: on_axis, runs: Vec::new() }
     }
 
     #[test]
-    fn exact_a_proof_that_surely_closes_less_than_half_forbids_a_cause() {
-        let by = |evident, closed, upper| {
-            let proof = proof(closed, upper);
+    fn exact_a_proof_that_surely_closes_less_than_half_of_what_the_axis_closes_forbids_a_cause() {
+        let on = |evident, closed, upper, on_axis| {
+            let proof = proof(closed, upper, on_axis);
             let (verdict, withheld) =
                 decided(evident, &Grounds { rigid_body: Some(&proof), ..Grounds::default() });
             (verdict, withheld.map(|w| w.by))
         };
+        let by = |evident, closed, upper| on(evident, closed, upper, 1.0);
         let failed = Some(Veto::RigidBody);
         assert_eq!(by(Verdict::Cause, -3.3, -1.0), (Verdict::Unknown, failed));
         assert_eq!(by(Verdict::Cause, 0.3, 0.49), (Verdict::Unknown, failed));
         assert_eq!(by(Verdict::Unknown, 0.3, 0.49), (Verdict::Unknown, failed));
+        // What closes as little on both plants is confirmed, however little it is.
+        assert_eq!(on(Verdict::Unknown, 0.3, 0.4, 0.32), (Verdict::Unknown, None));
+        assert_eq!(on(Verdict::Unknown, 0.1, 0.15, 0.32), (Verdict::Unknown, failed));
         // What may be half is not refuted, and what cannot be told is no proof against.
         assert_eq!(by(Verdict::Cause, 0.4, 0.5), (Verdict::Cause, None));
         assert_eq!(by(Verdict::Cause, 0.4, f64::NAN), (Verdict::Cause, None));

@@ -110,9 +110,10 @@ impl Grounds<'_> {
         let proof = self.rigid_body.filter(|proof| proof.has_failed())?;
         let reason = format!(
             "In the rigid-body scene the explanation closes {:.0} % of the gap (at most {:.0} %, the upper end of the 95 % interval), less than \
-             half: it rests on what the reduced axis leaves out.",
+             half of the {:.0} % that it closes on the reduced axis: it rests on what that leaves out.",
             100.0 * proof.closed,
-            100.0 * proof.closed_ci95[1]
+            100.0 * proof.closed_ci95[1],
+            100.0 * proof.closed_on_axis
         );
         Some(Withheld { by: Veto::RigidBody, reason })
     }

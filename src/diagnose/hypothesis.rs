@@ -42,30 +42,46 @@ pub struct Free {
     pub scale: f64,
     /// Whether fits leave it where each start puts it.
     pub held: bool,
-    /// Standard deviation of ln(value/neutral) among machines, of a number of a cause; none where nothing is known of it.
-    pub log_sd: Option<f64>,
+    /// What machines have of a number of a cause; none where nothing is known of it.
+    pub prior: Option<LogNormal>,
 }
 
-/// A tolerance, or the logarithm of a factor within which machines usually have a number, is so many standard deviations of what it is
+/// A number whose logarithm is normal.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LogNormal {
+    /// Its median.
+    pub median: f64,
+    /// Standard deviation of ln(value/median).
+    pub sd: f64,
+}
+
+impl LogNormal {
+    /// The one that has 95 % of its values between these two, which are more than zero.
+    fn between((low, high): (f64, f64)) -> Self {
+        Self { median: (low * high).sqrt(), sd: (high / low).ln() / (2.0 * TOLERANCE_SIGMAS) }
+    }
+}
+
+/// A tolerance, or half of where machines usually have the logarithm of a number, is so many standard deviations of what it is
 /// usually off by, where twins are fitted and where they are judged.
 const TOLERANCE_SIGMAS: f64 = 2.0;
 
 impl Free {
-    /// How many standard deviations of its prior a number is off its neutral value: the tolerance of a calibrated constant, what machines have
+    /// How many standard deviations of its prior a number is off its median: the tolerance of a calibrated constant, what machines have
     /// of a number of a cause; zero where nothing is known of that.
     pub fn deviation(&self, value: f64) -> f64 {
-        match (self.freedom, self.log_sd) {
+        match (self.freedom, self.prior) {
             (Freedom::Calibration, _) => TOLERANCE_SIGMAS * (value - self.neutral) / self.scale,
-            (Freedom::Cause, Some(sd)) => (value / self.neutral).ln() / sd,
+            (Freedom::Cause, Some(LogNormal { median, sd })) => (value / median).ln() / sd,
             (Freedom::Cause, None) => 0.0,
         }
     }
 
     /// Derivative of [`deviation`](Self::deviation) by the value in units of its scale.
     fn deviation_per_scale(&self, value: f64) -> f64 {
-        match (self.freedom, self.log_sd) {
+        match (self.freedom, self.prior) {
             (Freedom::Calibration, _) => TOLERANCE_SIGMAS,
-            (Freedom::Cause, Some(sd)) => self.scale / (value * sd),
+            (Freedom::Cause, Some(LogNormal { sd, .. })) => self.scale / (value * sd),
             (Freedom::Cause, None) => 0.0,
         }
     }
@@ -308,9 +324,9 @@ fn proposed(
         let name = parameter.key(motion);
         let (path, unit, freedom) = (path(effect, name), parameter.unit(motion), Freedom::Cause);
         let (scale, held) = (scale(start, range), parameter.held);
-        let is_ratio = neutral > 0.0 && neutral.is_finite() && range.0 > 0.0;
-        let log_sd = parameter.usual_factor.filter(|_| is_ratio).map(|factor| factor.ln() / TOLERANCE_SIGMAS);
-        Free { effect, name, unit, path, freedom, neutral, range, scale, held, log_sd }
+        let usual = parameter.usual.filter(|_| range.0 > 0.0);
+        let prior = usual.and_then(|usual| usual.range(motion, neutral)).map(LogNormal::between);
+        Free { effect, name, unit, path, freedom, neutral, range, scale, held, prior }
     };
     let parameters = effect.parameters().iter().enumerate();
     let mut numbers: Vec<Free> =
@@ -362,7 +378,7 @@ fn calibrations(machine: &Machine, effects: &EffectSet) -> Vec<Free> {
                 range,
                 scale: half,
                 held: false,
-                log_sd: None,
+                prior: None,
             });
         }
     };
@@ -404,7 +420,7 @@ fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
             let (low, high) = form.parameter.limits;
             let (freedom, range) =
                 (Freedom::Calibration, ((neutral - scale).max(low), (neutral + scale).min(high)));
-            Free { effect, name, unit, path, freedom, neutral, range, scale, held: false, log_sd: None }
+            Free { effect, name, unit, path, freedom, neutral, range, scale, held: false, prior: None }
         },
     )
 }
@@ -425,7 +441,7 @@ pub(super) mod tests {
             range: (-10.0, 10.0),
             scale: 1.0,
             held: false,
-            log_sd: None,
+            prior: None,
         }
     }
 
@@ -435,13 +451,29 @@ pub(super) mod tests {
         Hypothesis { effects, free, starts: vec![], building: 0, inherited: 0, elsewhere: EffectSet::new() }
     }
 
+    /// A width of ten times what machines have at most is 1 + 2·ln 10/ln 30 times as far off as that; one that a file states has no such prior.
+    #[test]
+    fn exact_a_range_is_of_what_is_not_stated() {
+        let width = EffectId::LocalFriction.parameters()[2];
+        let of = |stated: f64| width.usual.unwrap().range(Motion::Prismatic, stated).map(LogNormal::between);
+        let free =
+            Free { neutral: f64::NAN, prior: of(f64::NAN), ..number(EffectId::LocalFriction, width.name) };
+        for (value, expected) in
+            [(0.150, 2.0), (0.005, -2.0), (1.5, 2.0 * (1.0 + 2.0 * 10.0_f64.ln() / 30.0_f64.ln()))]
+        {
+            assert!((free.deviation(value) - expected).abs() < 1e-12);
+        }
+        assert_eq!(of(0.3), None);
+    }
+
     /// A force constant that is off by √3 is two standard deviations off, either way; the derivative is that of differences.
     #[test]
     fn exact_a_factor_is_off_by_its_logarithm() {
         let parameter = EffectId::ForceConstant.parameters()[0];
-        let log_sd = parameter.usual_factor.map(|factor| factor.ln() / TOLERANCE_SIGMAS);
+        let usual = parameter.usual.and_then(|usual| usual.range(Motion::Prismatic, 1.0));
+        let prior = usual.map(LogNormal::between);
         let of_factor = number(EffectId::ForceConstant, parameter.name);
-        let free = Free { neutral: 1.0, range: (0.01, 100.0), scale: 0.1, log_sd, ..of_factor };
+        let free = Free { neutral: 1.0, range: (0.01, 100.0), scale: 0.1, prior, ..of_factor };
         for (value, expected) in [(3.0_f64.sqrt(), 2.0), (1.0, 0.0), (3.0_f64.sqrt().recip(), -2.0)] {
             assert!((free.deviation(value) - expected).abs() < 1e-12);
             let step = 1e-6;

@@ -31,14 +31,19 @@ pub struct RigidBody {
     /// Its 95 % interval.
     #[serde(deserialize_with = "json::interval")]
     pub closed_ci95: [f64; 2],
+    /// The share that the reduced axis closes on the same runs.
+    #[serde(deserialize_with = "json::number")]
+    pub closed_on_axis: f64,
     /// The held-out runs that were replayed: in their order, as many as time allows.
     pub runs: Vec<String>,
 }
 
 impl RigidBody {
-    /// Whether it surely closes less than most of the gap: the upper end of the interval lies below one half.
+    /// Whether most of what the reduced axis closes surely stays open here: the upper end of the interval lies below half of its share.
+    ///
+    /// How much the explanation leaves on both plants is not for this proof to judge: only what rests on the reduction would not repeat.
     pub fn has_failed(&self) -> bool {
-        self.closed_ci95[1] < MOST
+        self.closed_ci95[1] < MOST * self.closed_on_axis
     }
 }
 
@@ -61,29 +66,48 @@ pub fn rigid_body(
     if chosen.is_empty() {
         return None;
     }
-    let jobs: Vec<(&Machine, &Experiment)> =
-        [stated, improved].into_iter().flat_map(|machine| chosen.iter().map(move |e| (machine, e))).collect();
-    let replayed: Result<Vec<Traces>> = jobs.par_iter().map(|(machine, e)| replay(machine, e)).collect();
-    let mut replayed = replayed.ok()?;
-    let after = replayed.split_off(chosen.len());
-    let [before, after] =
-        [(&replayed, floors[0]), (&after, floors[1])].map(|(t, floor)| Score::of_traces(&chosen, t, floor));
+    let scores = |replay: Replay| scores([stated, improved], &chosen, floors, replay);
+    let [before, after] = scores(in_scene).ok()?;
     if before.is_adequate() {
         return None;
     }
+    let [stated_on_axis, improved_on_axis] = scores(on_axis).ok()?;
     let Closed { value, ci95 } = closed(&before, &after);
     Some(RigidBody {
         before: before.gap(),
         after: after.gap(),
         closed: value,
         closed_ci95: [ci95.0, ci95.1],
+        closed_on_axis: closed(&stated_on_axis, &improved_on_axis).value,
         runs: chosen.iter().map(|e| e.run().name().to_owned()).collect(),
     })
 }
 
-fn replay(machine: &Machine, experiment: &Experiment) -> Result<Traces> {
+/// A replay of a machine on a plant, with perfect sensors.
+type Replay = fn(&Machine, &Experiment) -> Result<Traces>;
+
+fn in_scene(machine: &Machine, experiment: &Experiment) -> Result<Traces> {
     let machine = experiment.machine(machine)?;
     Ok(experiment.recorded().replay(&machine, Rig::new(&machine)?, Sensing::Perfect))
+}
+
+fn on_axis(machine: &Machine, experiment: &Experiment) -> Result<Traces> {
+    experiment.predict(machine, Sensing::Perfect)
+}
+
+/// Scores of the machines, each by its own floor.
+fn scores(
+    machines: [&Machine; 2],
+    runs: &[Experiment],
+    floors: [&Floor; 2],
+    replay: Replay,
+) -> Result<[Score; 2]> {
+    let jobs: Vec<(&Machine, &Experiment)> =
+        machines.into_iter().flat_map(|machine| runs.iter().map(move |run| (machine, run))).collect();
+    let replayed: Result<Vec<Traces>> = jobs.par_iter().map(|(machine, run)| replay(machine, run)).collect();
+    let replayed = replayed?;
+    let (before, after) = replayed.split_at(runs.len());
+    Ok([Score::of_traces(runs, before, floors[0]), Score::of_traces(runs, after, floors[1])])
 }
 
 /// The runs, in their order, that fit into so much simulated time.

@@ -61,8 +61,35 @@ pub struct Parameter {
     pub limits: (f64, f64),
     /// Whether the limits themselves are not allowed.
     pub open: bool,
-    /// 95 % of machines have a value within this factor of the stated one, normal in the logarithm; none where nothing is known of that.
-    pub usual_factor: Option<f64>,
+    /// Where machines usually have it; none where nothing is known of that.
+    pub usual: Option<Usual>,
+}
+
+/// Where 95 % of machines have a number, normal in its logarithm.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Usual {
+    /// Within this factor of the stated value.
+    Factor(f64),
+    /// Between two values, on either kind of axis.
+    Range {
+        /// On a prismatic axis.
+        prismatic: (f64, f64),
+        /// On a revolute axis.
+        revolute: (f64, f64),
+    },
+}
+
+impl Usual {
+    /// The two values between which 95 % of machines have the number, where their file states it as `stated` (no number, where it does not);
+    /// none where that is not known. A number that is stated is known better than from what other machines have.
+    pub fn range(self, motion: Motion, stated: f64) -> Option<(f64, f64)> {
+        match (self, motion) {
+            (Self::Factor(factor), _) => (stated > 0.0).then_some((stated / factor, stated * factor)),
+            (Self::Range { .. }, _) if stated.is_finite() => None,
+            (Self::Range { prismatic, .. }, Motion::Prismatic) => Some(prismatic),
+            (Self::Range { revolute, .. }, Motion::Revolute) => Some(revolute),
+        }
+    }
 }
 
 impl Parameter {
@@ -86,7 +113,7 @@ impl Parameter {
             held: false,
             limits: (f64::NEG_INFINITY, f64::INFINITY),
             open: false,
-            usual_factor: None,
+            usual: None,
         }
     }
 
@@ -112,7 +139,12 @@ impl Parameter {
 
     /// The parameter, which 95 % of machines have within this factor of its stated value.
     pub const fn usually_within(self, factor: f64) -> Self {
-        Self { usual_factor: Some(factor), ..self }
+        Self { usual: Some(Usual::Factor(factor)), ..self }
+    }
+
+    /// The parameter, which 95 % of machines have between two values, on a prismatic and on a revolute axis.
+    pub const fn usually_between(self, prismatic: (f64, f64), revolute: (f64, f64)) -> Self {
+        Self { usual: Some(Usual::Range { prismatic, revolute }), ..self }
     }
 
     /// The parameter, left by fits where each start puts it.

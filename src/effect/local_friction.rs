@@ -23,7 +23,8 @@ use serde::{Deserialize, Serialize};
 /// # Prior
 /// F_l of 0.2 to 20 % of the rated force, log-uniform; with probability one quarter, where the machine has Coulomb friction, a
 /// place that runs easier: 10 to 90 % of that friction less, uniform. x_l anywhere on the travel, uniform. w of 5 to 150 mm,
-/// log-uniform: a dent to the length of a slider; on a revolute axis 0.05 to 1.5 rad, a pitch of balls to a quarter of a turn.
+/// log-uniform: a dent to the length of a slider; on a revolute axis 0.05 to 1.5 rad, a pitch of balls to a quarter of a turn. A
+/// diagnosis takes w to be normal in its logarithm, with 95 % there: what is wider is friction of the whole travel.
 /// Altintas et al. (2011), *Machine tool feed drives*; dimensions in catalogues of linear guides and rolling bearings.
 ///
 /// # Source
@@ -50,13 +51,18 @@ pub struct LocalFriction {
     pub width_m: f64,
 }
 
+/// Widths that places of a guide have, in m.
+const WIDTHS_M: (f64, f64) = (0.005, 0.150);
+/// The same in rad, for a revolute axis.
+const WIDTHS_RAD: (f64, f64) = (0.05, 1.5);
+
 impl Law for LocalFriction {
     const SITE: Site = Site::Guide;
     const PHRASE: &'static str = "friction of one place of the travel";
     const PARAMETERS: &'static [Parameter] = &[
         Parameter::effort("force_n", "torque_nm"),
         Parameter::length("centre_m", "centre_rad"),
-        Parameter::length("width_m", "width_rad").positive(),
+        Parameter::length("width_m", "width_rad").positive().usually_between(WIDTHS_M, WIDTHS_RAD),
     ];
 
     fn fault(&self) -> Option<String> {
@@ -101,8 +107,8 @@ impl Law for LocalFriction {
         };
         let centre = machine.travel * prior.uniform(0.0, 1.0);
         let width = match machine.motion {
-            Motion::Prismatic => prior.log_uniform(0.005, 0.150),
-            Motion::Revolute => prior.log_uniform(0.05, 1.5),
+            Motion::Prismatic => prior.log_uniform(WIDTHS_M.0, WIDTHS_M.1),
+            Motion::Revolute => prior.log_uniform(WIDTHS_RAD.0, WIDTHS_RAD.1),
         };
         vec![force, centre, width]
     }

@@ -93,7 +93,7 @@ pub use force_saturation::ForceSaturation;
 pub use friction_drift::FrictionDrift;
 pub use further_pitch::{SecondCogging, SecondForceRipple, ThirdCogging};
 pub use lack::Lack;
-pub use law::{Door, FormNumber, Law, Nominal, Parameter, Site};
+pub use law::{Door, FormNumber, Law, Nominal, Parameter, Site, Usual};
 pub use likeness::{Degree, Likeness, Rule};
 pub use load_dependent_friction::LoadDependentFriction;
 pub use local_friction::LocalFriction;

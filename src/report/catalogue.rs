@@ -3,8 +3,8 @@
 use super::Style;
 use super::layout::{INDENT, Ink, labelled};
 use super::wrap::columns;
-use crate::effect::{Degree, EffectId, Likeness, Parameter, Site};
-use crate::units::Motion;
+use crate::effect::{Degree, EffectId, Likeness, Parameter, Site, Usual};
+use crate::units::{Motion, engineering};
 
 /// Width of the labels of one effect.
 const LABEL: usize = 12;
@@ -37,14 +37,19 @@ pub fn effect_sheet(effect: EffectId, style: Style) -> String {
     row("source", effect.source());
     row("shown by", effect.shown_by());
     for parameter in effect.parameters() {
-        let Some(factor) = parameter.usual_factor else { continue };
+        let Some(usual) = parameter.usual else { continue };
         let name = parameter.name;
-        row(
-            "prior",
-            &format!(
-                "{name}: 95 % of machines within a factor {factor:.2} of what is stated; farther off, it is a less probable cause"
+        let range = match usual {
+            Usual::Factor(factor) => format!("within a factor {factor:.2} of what is stated"),
+            Usual::Range { prismatic, revolute } => format!(
+                "between {} and {} ({} and {} on a revolute axis)",
+                engineering(prismatic.0, parameter.unit),
+                engineering(prismatic.1, parameter.unit),
+                engineering(revolute.0, parameter.revolute_unit),
+                engineering(revolute.1, parameter.revolute_unit)
             ),
-        );
+        };
+        row("prior", &format!("{name}: 95 % of machines {range}; farther off, it is a less probable cause"));
     }
     if !effect.modifies().is_empty() {
         let modified: Vec<&str> = effect.modifies().iter().map(|other| other.name()).collect();

@@ -86,8 +86,9 @@ fn summary(diagnosis: &Diagnosis, style: Style) -> String {
         out += &line("closed", &closed);
         if let Some(scene) = &gap.rigid_body {
             let text = format!(
-                "{} closed in the rigid-body scene ({} → {} × noise, {} of {} held-out runs){}",
+                "{} closed in the rigid-body scene, {} on the reduced axis ({} → {} × noise, {} of {} held-out runs){}",
                 percent(scene.closed),
+                percent(scene.closed_on_axis),
                 plain(scene.before),
                 plain(scene.after),
                 scene.runs.len(),

@@ -20,9 +20,9 @@ const FORCE_PER_VOLT: f64 = 35.150_651_88;
 /// RMS of the force residual that a replay with the published symmetric parameters leaves on the pulse file, N.
 const PUBLISHED_FORCE_RESIDUAL_N: f64 = 3.17;
 
-/// What a log of effort and position shows of such an axis. The whole catalogue gives no verdict (README.md): friction of one place, wider than the
-/// travel, is a rival there.
-const CATALOGUE: [EffectId; 8] = [
+/// What a log of effort and position shows of such an axis, and friction of one place, which wider than the travel looks like Coulomb friction. The
+/// whole catalogue gives the same in minutes (README.md).
+const CATALOGUE: [EffectId; 9] = [
     EffectId::PositionGain,
     EffectId::VelocityGain,
     EffectId::ForceConstant,
@@ -31,6 +31,7 @@ const CATALOGUE: [EffectId; 8] = [
     EffectId::AsymmetricFriction,
     EffectId::Presliding,
     EffectId::ConstantForce,
+    EffectId::LocalFriction,
 ];
 
 fn diagnosis(machine: &str) -> Diagnosis {

@@ -91,6 +91,8 @@ fn ref_hidden_friction_written_into_the_machine_leaves_no_gap() {
     let (gap, scene) = (&first["gap"], &first["gap"]["rigid_body"]);
     let difference = gap["closed"].as_f64().unwrap() - scene["closed"].as_f64().unwrap();
     assert!(difference.abs() < CLOSED_TOLERANCE, "{scene}");
+    let on_axis = scene["closed_on_axis"].as_f64().unwrap() - gap["closed"].as_f64().unwrap();
+    assert!(on_axis.abs() < 1e-9, "{scene}");
     assert_eq!(scene["runs"], first["data"]["held_out"]);
 
     // A machine folder like any other, with the fitted values and where they come from.

@@ -3,11 +3,11 @@
 
 use crate::support::slideway as run;
 use serde::Deserialize;
-use slideway::effect::{CONTROLLER_GAIN, Door, EffectId, Effects, Parameter, Stretch};
+use slideway::effect::{CONTROLLER_GAIN, Door, EffectId, Effects, Parameter, Stretch, Usual};
 use slideway::machine::Machine;
 use slideway::recording::Signal;
 use slideway::report::example;
-use slideway::units::Motion;
+use slideway::units::{Motion, engineering};
 use std::path::Path;
 
 const BAD_INPUT: Option<i32> = Some(2);
@@ -67,9 +67,13 @@ fn exact_every_effect_tells_what_its_law_states() {
         for part in parts {
             assert!(told.contains(&bare(part)), "`{part}` is not in:\n{sheet}");
         }
-        let factors = effect.parameters().iter().filter_map(|parameter| parameter.usual_factor);
-        for factor in factors.map(|factor| format!("within a factor {factor:.2}")) {
-            assert!(told.contains(&bare(&factor)), "`{factor}` is not in:\n{sheet}");
+        let usual = effect.parameters().iter().filter_map(|parameter| parameter.usual);
+        let prior = |usual: Usual| match usual {
+            Usual::Factor(factor) => format!("within a factor {factor:.2}"),
+            Usual::Range { prismatic, .. } => format!("between {}", engineering(prismatic.0, "m")),
+        };
+        for prior in usual.map(prior) {
+            assert!(told.contains(&bare(&prior)), "`{prior}` is not in:\n{sheet}");
         }
         let table: Vec<&str> = sheet.lines().skip_while(|line| !line.contains("in a machine file")).collect();
         assert_eq!(bare(&table[1..].concat()), bare(&example(effect)), "{}", effect.name());

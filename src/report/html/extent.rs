@@ -119,10 +119,11 @@ fn detail(diagnosis: &Diagnosis, motion: Motion) -> Part {
     ));
     if let Some(scene) = &gap.rigid_body {
         part.paragraph(&format!(
-            "Repeated in the rigid-body scene built from URDF and meshes: {} → {} × noise, {} closed, on {}{}.",
+            "Repeated in the rigid-body scene built from URDF and meshes: {} → {} × noise, {} closed ({} on the reduced axis), on {}{}.",
             plain(scene.before),
             plain(scene.after),
             percent(scene.closed),
+            percent(scene.closed_on_axis),
             scene.runs.join(", "),
             if scene.has_failed() { ": the explanation is not confirmed there" } else { "" }
         ));
