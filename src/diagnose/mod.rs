@@ -39,6 +39,7 @@ mod line_search;
 mod linearised;
 mod locate;
 mod measured;
+mod mode_search;
 pub mod motion;
 pub mod next_experiment;
 pub mod noise;

@@ -229,9 +229,11 @@ impl Search<'_> {
             for effect in others.filter(|e| e.follows() && is_found(e)) {
                 proposals.add_together(effect, &self.bare_screen(&machine, set, effect)?);
             }
-            if !found.is_adequate(index) {
+            // Beside the calibrated twin a cause may hide below the level of the noise, and not in its course.
+            if index == 0 || !found.is_adequate(index) {
                 self.add_waves(&mut proposals, fit, &sensitivities, &screen)?;
                 self.add_vibrations(&mut proposals, fit, &screen)?;
+                self.add_modes(&mut proposals, fit, &sensitivities, &screen)?;
             }
             found.bases.insert(index, Base { sensitivities, proposals });
         }

@@ -1,9 +1,10 @@
-//! Where fits of what repeats along the axis or in time begin, from what the replays of a fit leave.
+//! Where fits of what repeats along the axis or in time begin, and those of a mode, from what the replays of a fit leave.
 
 use super::care::Sensitivities;
 use super::estimate::{Screen, reading, vibration};
 use super::fit::Fit;
 use super::line_search::vibrations;
+use super::mode_search::modes;
 use super::objective::Objective;
 use super::pitch_search::{Family, PitchSearch, Travel};
 use super::proposals::{Proposals, members};
@@ -19,6 +20,8 @@ const RIPPLE: [EffectId; 2] = [EffectId::ForceRipple, EffectId::SecondForceRippl
 const ENCODER: [EffectId; 1] = [EffectId::EncoderPeriodicError];
 /// The law of what a screw moves wrong.
 const SCREW: [EffectId; 1] = [EffectId::ScrewError];
+/// Starts of a mode.
+const MODES: usize = 3;
 /// The largest share of a ripple that a fit begins with: no fit begins where the motor pulls backwards.
 const LARGEST_SHARE: f64 = 0.5;
 
@@ -77,6 +80,26 @@ impl Search<'_> {
             Objective::new(self.machine, &fit.hypothesis, self.training.runs(), &self.floors.common);
         let starts = vibrations(&objective, &fit.values, screen.largest_force, vibration::STARTS)?;
         proposals.add(EffectId::ExternalVibration, starts, Vec::new());
+        Ok(())
+    }
+
+    /// Adds starts of a mode where the machine has none that is not listed.
+    pub(super) fn add_modes(
+        &self,
+        proposals: &mut Proposals,
+        fit: &Fit,
+        sensitivities: &Sensitivities,
+        screen: &Screen,
+    ) -> Result<()> {
+        let is_stated = self.machine.description().effect.contains(EffectId::FlexibleMode);
+        if is_stated || proposals.get(EffectId::FlexibleMode).is_none() {
+            return Ok(());
+        }
+        let mut objective =
+            Objective::new(self.machine, &fit.hypothesis, self.training.runs(), &self.floors.common);
+        objective.stride = sensitivities.stride;
+        let starts = modes(&objective, fit, sensitivities, screen.moving_mass(), MODES)?;
+        proposals.add(EffectId::FlexibleMode, starts, Vec::new());
         Ok(())
     }
 }
