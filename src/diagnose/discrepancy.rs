@@ -27,9 +27,12 @@ const SHARE: f64 = 1e-5;
 /// priors and c_j the response to w_j, the fit takes up b_j and leaves r_j of each:
 /// ```text
 ///   b_j = −(JᵀWJ + P)⁻¹·JᵀW·c_j,   r_j = c_j + J·b_j
-///   τ²  = Σ W(r² − 1) / Σ_j r_jᵀW r_j,   added covariance = τ²·Σ_j b_j·b_jᵀ
+///   τ²  = max(Σ W(r² − 1) / tr N, (sᵀs − tr N) / tr N²),   N_ij = r_iᵀW r_j,   s_j = r_jᵀW r
+///   added covariance = τ²·Σ_j b_j·b_jᵀ
 /// ```
-/// so that the undescribed part is as large as what the residuals r of the training runs have above noise.
+/// so that the undescribed part is as large as what the residuals r of the training runs have above noise: in all, or along the waves, where
+/// E[sᵀs] = tr N + τ²·tr N² (method of moments). Along the waves it shows where it is far below the level of the noise, too: a part that is the
+/// same over many samples moves the numbers by more than noise does.
 ///
 /// # Validity
 /// To first order in the force, and for what depends on place. Noise that is really larger than its estimate counts as discrepancy.
@@ -42,19 +45,28 @@ const SHARE: f64 = 1e-5;
 /// Whatever a replay refuses.
 pub fn covariance(linear: &Linearised, fitted: &Machine) -> Result<Option<DMatrix<f64>>> {
     let Linearised { objective, residuals, weights, jacobian, .. } = linear;
-    let excess: f64 = residuals.iter().zip(weights).map(|(r, w)| w * (r * r - 1.0)).sum();
-    if excess <= 0.0 {
-        return Ok(None);
-    }
     let count = jacobian.ncols();
-    let (mut taken, mut left) = (DMatrix::zeros(count, count), 0.0);
+    let (mut taken, mut left) = (DMatrix::zeros(count, count), Vec::new());
     for response in responses(objective, fitted, residuals)? {
         let moved = linear.step(&response);
-        let rest = &response + jacobian * &moved;
-        left += rest.component_mul(weights).dot(&rest);
+        left.push(&response + jacobian * &moved);
         taken += &moved * moved.transpose();
     }
-    Ok((left > 0.0).then(|| taken * (excess / left)))
+    let variance = variance(residuals, weights, &left);
+    Ok((variance > 0.0).then(|| taken * variance))
+}
+
+/// τ² of waves of which a fit leaves these; zero where the residuals are noise.
+fn variance(residuals: &DVector<f64>, weights: &DVector<f64>, left: &[DVector<f64>]) -> f64 {
+    let weighted: Vec<DVector<f64>> = left.iter().map(|rest| rest.component_mul(weights)).collect();
+    let trace: f64 = left.iter().zip(&weighted).map(|(rest, weighted)| rest.dot(weighted)).sum();
+    let squares: f64 = left.iter().flat_map(|rest| weighted.iter().map(|w| w.dot(rest).powi(2))).sum();
+    if !(trace > 0.0 && squares > 0.0) {
+        return 0.0;
+    }
+    let in_all: f64 = residuals.iter().zip(weights).map(|(r, w)| w * (r * r - 1.0)).sum::<f64>() / trace;
+    let scores: f64 = weighted.iter().map(|w| w.dot(residuals).powi(2)).sum();
+    in_all.max((scores - trace) / squares).max(0.0)
 }
 
 /// Responses of the normalised residuals to waves of force over the travel, all of one amplitude.
@@ -65,4 +77,35 @@ fn responses(objective: &Objective, fitted: &Machine, residuals: &DVector<f64>) 
     let all = (0..OCTAVES).flat_map(|octave| Wave::both(period(octave), SHARE * screen.largest_force));
     let Some(machines) = waves::machines(fitted, law, all) else { return Ok(Vec::new()) };
     Ok(objective.residuals_at(&machines)?.into_iter().map(|changed| changed - residuals).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Waves of variance τ² in residuals whose level is below that of the noise: over draws the mean of the estimates is τ². Without any it is small.
+    #[test]
+    fn exact_what_is_coherent_shows_below_the_level_of_the_noise() {
+        use rand::rngs::StdRng;
+        use rand::{RngExt, SeedableRng};
+        let mut draw = StdRng::seed_from_u64(3);
+        let mut normal = || (0..12).map(|_| draw.random_range(-1.0..1.0)).sum::<f64>() / 2.0;
+        let (samples, quiet, waves) = (4000, 0.9, 10);
+        let wave = |j: usize| DVector::from_fn(samples, |k, _| (0.003 * (j + 1) as f64 * k as f64).sin());
+        let left: Vec<DVector<f64>> = (0..waves).map(wave).collect();
+        let weights = DVector::from_element(samples, 1.0);
+        let mut estimated = |sd: f64| -> f64 {
+            let draws = 200;
+            let one = |_| {
+                let mut residuals = DVector::from_fn(samples, |_, _| quiet * normal());
+                left.iter().for_each(|wave| residuals.axpy(sd * normal(), wave, 1.0));
+                variance(&residuals, &weights, &left)
+            };
+            (0..draws).map(one).sum::<f64>() / f64::from(draws)
+        };
+        let (sd, none) = (0.1, estimated(0.0));
+        let found = estimated(sd);
+        assert!((found / (sd * sd) - 1.0).abs() < 0.15, "{found}");
+        assert!(none < 0.02 * sd * sd, "{none}");
+    }
 }

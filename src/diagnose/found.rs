@@ -201,6 +201,16 @@ impl Found {
             && !self.worth_naming(index, self.chosen, before)
     }
 
+    /// Whether a candidate has the chosen effects, which leave no more than noise, and others beside them that are not worth naming.
+    fn is_detail(&self, index: usize, before: &Score) -> bool {
+        let (more, own) = (self.candidates[index].effects(), self.effects());
+        !own.is_empty()
+            && more.len() > own.len()
+            && more.is_superset(own)
+            && self.is_adequate(self.chosen)
+            && !self.worth_naming(index, self.chosen, before)
+    }
+
     /// Largest log-likelihood of an explanation that is identified. What is not identified has no share where it predicts no better: a number at its
     /// bound says that something is missing beside it, and there nothing is.
     fn identified(&self) -> f64 {
@@ -267,7 +277,8 @@ fn reference(candidates: &[Candidate]) -> &Score {
 const DRAWS: usize = 200;
 
 /// Posterior probabilities of the candidates: likelihood times prior, averaged over a bootstrap of the
-/// held-out blocks, so that evidence resting on a few blocks counts less.
+/// held-out blocks, so that evidence resting on a few blocks counts less. One that has details beside the chosen one counts as that: in both the
+/// chosen effects act, and the details are not told.
 pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     let candidates = &found.candidates;
     let best = reference(candidates);
@@ -297,7 +308,11 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
             *sum += (merit - most).exp() / total;
         }
     }
-    sum.into_iter().map(|s| s / DRAWS as f64).collect()
+    let mut posterior: Vec<f64> = sum.into_iter().map(|s| s / DRAWS as f64).collect();
+    for k in (0..candidates.len()).filter(|&k| found.is_detail(k, before)) {
+        posterior[found.chosen] += std::mem::take(&mut posterior[k]);
+    }
+    posterior
 }
 
 #[cfg(test)]
@@ -446,8 +461,9 @@ pub(super) mod tests {
             ];
             posterior(&found(all, 1), &Score::even(1e4))
         };
-        assert_eq!(shares(1.1)[2], 0.0);
-        assert!(shares(1.1)[3] > 0.99 && shares(1.05)[2] > 0.99);
+        // Play beside the friction that leaves no more than noise is a detail: it counts for the friction.
+        assert_eq!(shares(1.1)[2..], [0.0; 2]);
+        assert!(shares(1.1)[1] > 0.99 && shares(1.05)[2] > 0.99);
     }
 
     /// Of two that predict alike, a change of what the twin has is likelier than something new.
