@@ -148,7 +148,7 @@ impl Search<'_> {
         hypothesis.free.iter().zip(&values).all(is_inside).then_some((hypothesis, values))
     }
 
-    fn objective<'a>(&'a self, hypothesis: &'a Hypothesis) -> Objective<'a> {
+    pub(super) fn objective<'a>(&'a self, hypothesis: &'a Hypothesis) -> Objective<'a> {
         Objective::new(self.machine, hypothesis, self.training.runs(), &self.floors.common)
     }
 }

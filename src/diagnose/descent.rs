@@ -146,8 +146,8 @@ impl Here<'_> {
     /// Where a step leads that falls, itself or after second-order corrections; none where it does not fall.
     ///
     /// # Model
-    /// A step v that does not fall shows how the residuals depart from the linear model on its way: `b = r(θ + v) − r(θ) − J·v`. The step s that would lead to the least
-    /// `‖r + b + J·s‖²` is tried next, and corrected again as long as that converges: in a curved valley it is as long as v, and a damped step is
+    /// A step v that does not fall shows how the residuals depart from the linear model on its way: `b = r(θ + v) − r(θ) − J·v`. The step s that
+    /// would lead to the least `‖r + b + J·s‖²` is tried next, and corrected again as long as that converges: in a curved valley it is as long as v, and a damped step is
     /// short. The first steps of a descent find a valley, and are not corrected.
     ///
     /// # Source

@@ -35,7 +35,8 @@ const SHARE: f64 = 1e-5;
 /// same over many samples moves the numbers by more than noise does.
 ///
 /// # Validity
-/// To first order in the force, and for what depends on place. Noise that is really larger than its estimate counts as discrepancy.
+/// To first order in the force, and for what depends on place. Noise that is really larger than its estimate counts as discrepancy, and so does
+/// coloured noise along the waves: E[sᵀs] is that of white residuals.
 ///
 /// # Source
 /// Kennedy, O'Hagan (2001), *Bayesian calibration of computer models*, J. R. Stat. Soc. B 63:425; Brynjarsdóttir, O'Hagan (2014), *Learning

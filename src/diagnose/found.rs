@@ -203,12 +203,10 @@ impl Found {
 
     /// Whether a candidate has the chosen effects, which leave no more than noise, and others beside them that are not worth naming.
     fn is_detail(&self, index: usize, before: &Score) -> bool {
-        let (more, own) = (self.candidates[index].effects(), self.effects());
-        !own.is_empty()
-            && more.len() > own.len()
-            && more.is_superset(own)
+        index != self.chosen
+            && !self.effects().is_empty()
             && self.is_adequate(self.chosen)
-            && !self.worth_naming(index, self.chosen, before)
+            && !self.is_worth_it(index, before)
     }
 
     /// Largest log-likelihood of an explanation that is identified. What is not identified has no share where it predicts no better: a number at its

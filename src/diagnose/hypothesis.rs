@@ -455,7 +455,8 @@ pub(super) mod tests {
     #[test]
     fn exact_a_range_is_of_what_is_not_stated() {
         let width = EffectId::LocalFriction.parameters()[2];
-        let of = |stated: f64| width.usual.unwrap().range(Motion::Prismatic, stated).map(LogNormal::between);
+        let range = |stated: f64| width.usual.and_then(|usual| usual.range(Motion::Prismatic, stated));
+        let of = |stated: f64| range(stated).map(LogNormal::between);
         let free =
             Free { neutral: f64::NAN, prior: of(f64::NAN), ..number(EffectId::LocalFriction, width.name) };
         for (value, expected) in

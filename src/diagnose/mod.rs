@@ -56,6 +56,7 @@ pub mod prove;
 pub mod residual_whiteness;
 mod rivals;
 mod run_setting;
+mod score_test;
 mod segments;
 pub mod selection;
 mod sensor_bias;

@@ -2,9 +2,10 @@
 
 use super::care::Sensitivities;
 use super::estimate::relax::{Spectrum, is_same, refined, settled, undoubled};
-use super::fit::{Fit, inverted};
+use super::fit::Fit;
 use super::hypothesis::{Freedom, paths};
 use super::objective::Objective;
+use super::score_test::ScoreTest;
 use super::wave_sets::WaveSets;
 use super::waves::{self, Wave};
 use crate::effect::EffectId;
@@ -58,10 +59,9 @@ pub struct Family {
 ///
 /// # Model
 /// The replay's normalised residuals r change with a wave of amplitude a by R·a, seen through the twin's own loop: the R of sine and cosine of n halves
-/// of a period over the travel, n = 1 … 16, are differences of replays, and those of any other wave are combinations of them. With J the
-/// derivatives by the other numbers, W the weights and N = JᵀWJ + prior:
+/// of a period over the travel, n = 1 … 16, are differences of replays, and those of any other wave are combinations of them. With G and b of the
+/// [score test](ScoreTest) of these R:
 /// ```text
-///   G = Rᵀ(W − W·J·N⁻¹·Jᵀ·W)·R,   b = −Rᵀ·W·r + RᵀWJ·N⁻¹·(gradient)
 ///   gain of waves with the combinations M:  bᵀM·(MᵀGM)⁻¹·Mᵀb
 /// ```
 /// The gain is by how much a fit of their amplitudes lowers the weighted sum of squares: to first order the best that a fit can do with these
@@ -112,11 +112,6 @@ impl PitchSearch {
         let responses: Vec<DVector<f64>> =
             changed.into_iter().map(|changed| (changed - &residuals) / amplitude).collect();
         let responses = DMatrix::from_columns(&responses);
-        let weights = objective.weights(&residuals);
-        let mut weighted = responses.clone();
-        for mut column in weighted.column_iter_mut() {
-            column.component_mul_assign(&weights);
-        }
         // The waves of the family itself may go elsewhere.
         let mut jacobian = sensitivities.columns.clone();
         for (k, free) in fit.hypothesis.free.iter().enumerate() {
@@ -124,10 +119,8 @@ impl PitchSearch {
                 jacobian.column_mut(k).fill(0.0);
             }
         }
-        let (of_others, gradient) = objective.normal(&jacobian, &residuals, &weights, &fit.values);
-        let cross = weighted.tr_mul(&jacobian) * inverted(&of_others);
-        let normal = weighted.tr_mul(&responses) - &cross * jacobian.tr_mul(&weighted);
-        let right = cross * gradient - weighted.tr_mul(&residuals);
+        let ScoreTest { normal, right } =
+            ScoreTest::of(objective, &fit.values, &residuals, &jacobian, &responses);
         let (from, spacing) = (1.0 / travel.longest, 1.0 / (OVERSAMPLING * basis.length));
         let count = ((basis.highest() - from) / spacing).max(0.0) as usize;
         let frequencies = (0..count).map(|k| from + k as f64 * spacing).collect();

@@ -229,7 +229,7 @@ impl Search<'_> {
             for effect in others.filter(|e| e.follows() && is_found(e)) {
                 proposals.add_together(effect, &self.bare_screen(&machine, set, effect)?);
             }
-            // Beside the calibrated twin a cause may hide below the level of the noise, and not in its course.
+            // A cause may be below the level of the noise and leave residuals that are not white.
             if index == 0 || !found.is_adequate(index) {
                 self.add_waves(&mut proposals, fit, &sensitivities, &screen)?;
                 self.add_vibrations(&mut proposals, fit, &screen)?;

@@ -39,9 +39,7 @@ impl Search<'_> {
     ) -> Result<()> {
         let (low, high) = screen.ends();
         let travel = Travel { low, high, longest: screen.period_range().1 };
-        let (runs, floor) = (self.training.runs(), &self.floors.common);
-        let mut objective = Objective::new(self.machine, &fit.hypothesis, runs, floor);
-        objective.stride = sensitivities.stride;
+        let objective = Objective { stride: sensitivities.stride, ..self.objective(&fit.hypothesis) };
         let effects = &fit.hypothesis.effects;
         let stated = &self.machine.description().effect;
         let reading = reading::largest(screen);
@@ -76,14 +74,16 @@ impl Search<'_> {
         if is_stated || proposals.get(EffectId::ExternalVibration).is_none() {
             return Ok(());
         }
-        let objective =
-            Objective::new(self.machine, &fit.hypothesis, self.training.runs(), &self.floors.common);
+        let objective = self.objective(&fit.hypothesis);
         let starts = vibrations(&objective, &fit.values, screen.largest_force, vibration::STARTS)?;
         proposals.add(EffectId::ExternalVibration, starts, Vec::new());
         Ok(())
     }
 
-    /// Adds starts of a mode where the machine has none that is not listed.
+    /// Adds starts of a mode where the machine's file states no further one.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
     pub(super) fn add_modes(
         &self,
         proposals: &mut Proposals,
@@ -95,9 +95,7 @@ impl Search<'_> {
         if is_stated || proposals.get(EffectId::FlexibleMode).is_none() {
             return Ok(());
         }
-        let mut objective =
-            Objective::new(self.machine, &fit.hypothesis, self.training.runs(), &self.floors.common);
-        objective.stride = sensitivities.stride;
+        let objective = Objective { stride: sensitivities.stride, ..self.objective(&fit.hypothesis) };
         let starts = modes(&objective, fit, sensitivities, screen.moving_mass(), MODES)?;
         proposals.add(EffectId::FlexibleMode, starts, Vec::new());
         Ok(())

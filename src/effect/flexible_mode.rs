@@ -37,6 +37,12 @@ pub struct FlexibleMode {
     pub damping_ratio: f64,
 }
 
+/// Highest frequency of a mode in Hz, and the same as a share of the sample rate.
+pub(crate) const HIGHEST_HZ: f64 = 400.0;
+pub(crate) const HIGHEST_OF_RATE: f64 = 0.2;
+/// Damping ratios of modes: from welded steel to bolted and greased joints.
+pub(crate) const DAMPING_RATIOS: (f64, f64) = (0.005, 0.06);
+
 impl Law for FlexibleMode {
     const SITE: Site = Site::Structure;
     const PHRASE: &'static str = "a flexible mode that is not listed";
@@ -82,10 +88,10 @@ impl Law for FlexibleMode {
     const CONFUSABLE: &'static [Likeness] = &[];
 
     fn draw(machine: &Machinery, prior: &mut Prior) -> Vec<f64> {
-        let most = (0.2 / machine.constants.sample_period_s).min(400.0);
+        let most = (HIGHEST_OF_RATE / machine.constants.sample_period_s).min(HIGHEST_HZ);
         let frequency = prior.log_uniform((0.5 * most).min(8.0), most);
         let mass = machine.constants.moving_mass / prior.log_uniform(0.01, 0.5);
-        vec![frequency, mass, prior.log_uniform(0.005, 0.06)]
+        vec![frequency, mass, prior.log_uniform(DAMPING_RATIOS.0, DAMPING_RATIOS.1)]
     }
 
     fn unlike(&self) -> Unlike {

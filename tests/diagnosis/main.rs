@@ -18,6 +18,7 @@ mod gate;
 mod grinder_yaxis;
 mod lead;
 mod missing_signals;
+mod modes;
 mod next_experiment;
 mod payload_lever;
 mod pitch_search;

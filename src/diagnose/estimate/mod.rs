@@ -18,7 +18,7 @@ pub mod periodogram;
 mod pitch_set;
 pub mod reading;
 pub mod relax;
-mod resonance;
+pub mod resonance;
 mod scales;
 pub mod screening;
 mod spectrum;

@@ -15,7 +15,7 @@ pub struct Resonance {
 /// Frequencies tried, evenly on a logarithmic scale.
 const FREQUENCIES: usize = 60;
 /// Lowest frequency tried in Hz.
-const LOWEST_HZ: f64 = 2.0;
+pub const LOWEST_HZ: f64 = 2.0;
 /// The smoothing of the missing force passes changes up to about this frequency, in Hz.
 const HIGHEST_HZ: f64 = 120.0;
 /// Damping ratio of the trial oscillators.
