@@ -1,8 +1,9 @@
 //! What a hypothesis leaves undescribed, and what of it may have gone into the numbers of its fit.
 
+use super::estimate::Screen;
+use super::hypothesis::with_effect;
 use super::linearised::Linearised;
 use super::motion;
-use super::objective::Objective;
 use super::waves::{self, Wave};
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -13,13 +14,16 @@ use nalgebra::{DMatrix, DVector};
 const PLACES: [EffectId; 3] = [EffectId::Cogging, EffectId::SecondCogging, EffectId::ThirdCogging];
 /// Periods of the force over the travel, twice the travel first, each half of the one before: down to an eighth of the travel.
 const OCTAVES: i32 = 5;
-/// Force of a wave while its response is taken, as a share of the largest force: small against any friction, large against rounding.
+/// Force or voltage while its response is taken, as a share of the largest one: small against any friction, large against rounding.
 const SHARE: f64 = 1e-5;
+/// Share of its power that a fit must leave of a constant: derivatives are differences, known to a thousandth.
+const TOLD: f64 = 1e-6;
 
 /// Covariance that the discrepancy of a hypothesis adds to that of its numbers, in units of their scales; none where the residuals are noise.
 ///
 /// # Model
-/// What a hypothesis does not describe is a force d(x) of the place x that acts on the moving part, seen through the twin's own loop:
+/// What a hypothesis does not describe is a force d(x) of the place x that acts on the moving part, a constant force and a constant voltage of the amplifier, seen
+/// through the twin's own loop:
 /// ```text
 ///   d(x) = Σ_j a_j·w_j(x),   a_j ~ N(0, τ²),   w_j: sin and cos of 2πx/p, p = 2L, L, L/2, L/4, L/8
 /// ```
@@ -32,11 +36,13 @@ const SHARE: f64 = 1e-5;
 /// ```
 /// so that the undescribed part is as large as what the residuals r of the training runs have above noise: in all, or along the waves, where
 /// E[sᵀs] = tr N + τ²·tr N² (method of moments). Along the waves it shows where it is far below the level of the noise, too: a part that is the
-/// same over many samples moves the numbers by more than noise does.
+/// same over many samples moves the numbers by more than noise does. Each constant has a variance τ² of its own, by the method of moments alone: a trimmed amplifier and
+/// a balanced weight leave one that no magnet or screw tells of.
 ///
 /// # Validity
-/// To first order in the force, and for what depends on place. Noise that is really larger than its estimate counts as discrepancy, and so does
-/// coloured noise along the waves: E[sᵀs] is that of white residuals.
+/// To first order in the force, and for what depends on place or on nothing. Noise that is really larger than its estimate counts as discrepancy, and so does
+/// coloured noise along the waves: E[sᵀs] is that of white residuals. A constant that the numbers of the fit take up but for a millionth of its power is not told by these runs, and counts as
+/// none: what it is taken for is confusable with it.
 ///
 /// # Source
 /// Kennedy, O'Hagan (2001), *Bayesian calibration of computer models*, J. R. Stat. Soc. B 63:425; Brynjarsdóttir, O'Hagan (2014), *Learning
@@ -45,39 +51,75 @@ const SHARE: f64 = 1e-5;
 /// # Errors
 /// Whatever a replay refuses.
 pub fn covariance(linear: &Linearised, fitted: &Machine) -> Result<Option<DMatrix<f64>>> {
-    let Linearised { objective, residuals, weights, jacobian, .. } = linear;
-    let count = jacobian.ncols();
-    let (mut taken, mut left) = (DMatrix::zeros(count, count), Vec::new());
-    for response in responses(objective, fitted, residuals)? {
-        let moved = linear.step(&response);
-        left.push(&response + jacobian * &moved);
-        taken += &moved * moved.transpose();
+    let Linearised { objective, residuals, weights, .. } = linear;
+    let screen = motion::screen(objective.experiments, fitted)?;
+    let responses = |machines: &[Machine]| -> Result<Vec<DVector<f64>>> {
+        Ok(objective.residuals_at(machines)?.into_iter().map(|changed| changed - residuals).collect())
+    };
+    let (taken, left) = split(linear, &responses(&with_waves(fitted, &screen))?);
+    let along = variance(residuals, weights, &left).max(in_all(residuals, weights, &left));
+    let mut added = summed(linear, &taken) * along;
+    for response in responses(&with_constants(fitted, &screen))? {
+        let (taken, left) = split(linear, std::slice::from_ref(&response));
+        let power = |change: &DVector<f64>| change.component_mul(weights).dot(change);
+        if power(&left[0]) > TOLD * power(&response) {
+            added += summed(linear, &taken) * variance(residuals, weights, &left);
+        }
     }
-    let variance = variance(residuals, weights, &left);
-    Ok((variance > 0.0).then(|| taken * variance))
+    Ok((added.amax() > 0.0).then_some(added))
 }
 
-/// τ² of waves of which a fit leaves these; zero where the residuals are noise.
+/// What the numbers of a fit take up of each response, and what they leave of it.
+fn split(linear: &Linearised, responses: &[DVector<f64>]) -> (Vec<DVector<f64>>, Vec<DVector<f64>>) {
+    let one = |response: &DVector<f64>| {
+        let taken = linear.step(response);
+        let left = response + &linear.jacobian * &taken;
+        (taken, left)
+    };
+    responses.iter().map(one).unzip()
+}
+
+/// Σ b·bᵀ.
+fn summed(linear: &Linearised, taken: &[DVector<f64>]) -> DMatrix<f64> {
+    let count = linear.jacobian.ncols();
+    taken.iter().fold(DMatrix::zeros(count, count), |sum, step| sum + step * step.transpose())
+}
+
+/// τ² of directions of which a fit leaves these, by what the residuals have above noise in all.
+fn in_all(residuals: &DVector<f64>, weights: &DVector<f64>, left: &[DVector<f64>]) -> f64 {
+    let trace: f64 = left.iter().map(|rest| rest.component_mul(weights).dot(rest)).sum();
+    let above: f64 = residuals.iter().zip(weights).map(|(r, w)| w * (r * r - 1.0)).sum();
+    if trace > 0.0 { (above / trace).max(0.0) } else { 0.0 }
+}
+
+/// τ² of directions of which a fit leaves these, by what the residuals have along them: zero where that is noise.
 fn variance(residuals: &DVector<f64>, weights: &DVector<f64>, left: &[DVector<f64>]) -> f64 {
     let weighted: Vec<DVector<f64>> = left.iter().map(|rest| rest.component_mul(weights)).collect();
     let trace: f64 = left.iter().zip(&weighted).map(|(rest, weighted)| rest.dot(weighted)).sum();
     let squares: f64 = left.iter().flat_map(|rest| weighted.iter().map(|w| w.dot(rest).powi(2))).sum();
-    if !(trace > 0.0 && squares > 0.0) {
-        return 0.0;
-    }
-    let in_all: f64 = residuals.iter().zip(weights).map(|(r, w)| w * (r * r - 1.0)).sum::<f64>() / trace;
     let scores: f64 = weighted.iter().map(|w| w.dot(residuals).powi(2)).sum();
-    in_all.max((scores - trace) / squares).max(0.0)
+    if squares > 0.0 { ((scores - trace) / squares).max(0.0) } else { 0.0 }
 }
 
-/// Responses of the normalised residuals to waves of force over the travel, all of one amplitude.
-fn responses(objective: &Objective, fitted: &Machine, residuals: &DVector<f64>) -> Result<Vec<DVector<f64>>> {
-    let Some(law) = waves::free(fitted, &PLACES) else { return Ok(Vec::new()) };
-    let screen = motion::screen(objective.experiments, fitted)?;
+/// The machine with each of the waves of force over the travel, all of one amplitude.
+fn with_waves(fitted: &Machine, screen: &Screen) -> Vec<Machine> {
+    let Some(law) = waves::free(fitted, &PLACES) else { return Vec::new() };
     let period = |octave: i32| 2.0 * screen.travel() * 0.5f64.powi(octave);
     let all = (0..OCTAVES).flat_map(|octave| Wave::both(period(octave), SHARE * screen.largest_force));
-    let Some(machines) = waves::machines(fitted, law, all) else { return Ok(Vec::new()) };
-    Ok(objective.residuals_at(&machines)?.into_iter().map(|changed| changed - residuals).collect())
+    waves::machines(fitted, law, all).unwrap_or_default()
+}
+
+/// The machine with each of the constants that it can have and has not.
+fn with_constants(fitted: &Machine, screen: &Screen) -> Vec<Machine> {
+    let constants = [
+        (EffectId::ConstantForce, screen.largest_force),
+        (EffectId::AmplifierOffset, screen.largest_voltage()),
+    ];
+    let is_open = |effect: EffectId| {
+        effect.applies(&fitted.constants()) && !fitted.description().effect.contains(effect)
+    };
+    let all = constants.into_iter().filter(|(effect, _)| is_open(*effect));
+    all.filter_map(|(effect, largest)| with_effect(fitted, effect, &[SHARE * largest]).ok()).collect()
 }
 
 #[cfg(test)]

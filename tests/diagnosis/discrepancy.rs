@@ -12,23 +12,38 @@ use std::f64::consts::TAU;
 const CELLS: [Cell; 3] =
     [(0.04, 16.0, Role::Training), (0.05, 8.0, Role::Training), (0.04, 8.0, Role::HeldOut)];
 
-/// Error of an amplifier's offset, the only effect that may be named, and half its 95 % interval.
+/// A number of the only effect that may be named, as it really is.
+struct Asked {
+    effect: EffectId,
+    key: &'static str,
+    value: f64,
+}
+
+impl Asked {
+    fn offset(value: f64) -> Self {
+        Self { effect: EffectId::AmplifierOffset, key: "offset_v", value }
+    }
+}
+
+/// Error of the number, and half its 95 % interval.
 fn error_and_half(
     stated: &Machine,
     hidden: &[(&str, f64)],
-    offset_v: f64,
+    asked: &Asked,
     cells: &[Cell],
     seed: u64,
 ) -> [f64; 2] {
-    let real = with(stated, &[hidden, &[("effect.amplifier_offset.offset_v", offset_v)]].concat());
+    let Asked { effect, key, value } = asked;
+    let path = format!("effect.{}.{key}", effect.name());
+    let real = with(stated, &[hidden, &[(path.as_str(), *value)]].concat());
     let recording = Strokes::both_ways(stated, &real, seed).recording(cells);
-    let options = Options { catalogue: &[EffectId::AmplifierOffset], ..Options::default() };
+    let options = Options { catalogue: &[*effect], ..Options::default() };
     let d = diagnose(stated, &recording, &options).unwrap();
     show(&d);
     assert_eq!(d.causes.len(), 1, "{:?} {:?}", d.verdict, d.gap);
-    let offset = &d.causes[0].parameters["offset_v"];
-    let [from, to] = offset.ci95;
-    [offset.value - offset_v, 0.5 * (to - from)]
+    let number = &d.causes[0].parameters[*key];
+    let [from, to] = number.ci95;
+    [number.value - value, 0.5 * (to - from)]
 }
 
 /// The same of an offset of 20 mV beside cogging with this amplitude in N and phase in rad.
@@ -39,7 +54,7 @@ fn beside_cogging(force_n: f64, phase_rad: f64, seed: u64) -> [f64; 2] {
         ("effect.cogging.sine_n", force_n * cosine),
         ("effect.cogging.cosine_n", force_n * sine),
     ];
-    error_and_half(&model("grinder"), &cogging, 0.02, &CELLS, seed)
+    error_and_half(&model("grinder"), &cogging, &Asked::offset(0.02), &CELLS, seed)
 }
 
 /// Cogging shifts the offset that strokes between two places tell. Its interval knows: it holds the truth whatever the phase, and it is narrow
@@ -72,7 +87,7 @@ fn behind_friction(seed: u64) -> [f64; 2] {
         ("effect.presliding.stiffness_n_per_m", 3e6),
         ("effect.presliding.damping_n_s_per_m", 2e3),
     ];
-    error_and_half(&with(&model("grinder"), &known), &[], 0.3, &SHORT, seed)
+    error_and_half(&with(&model("grinder"), &known), &[], &Asked::offset(0.3), &SHORT, seed)
 }
 
 /// What the sensors' steps and the unknown start put into a number is in its interval.
@@ -81,4 +96,28 @@ fn exact_intervals_hold_the_truth_behind_friction_and_steps_of_the_reading() {
     let found: Vec<[f64; 2]> = (0..6).map(behind_friction).collect();
     let held = found.iter().filter(|[error, half]| error.abs() <= *half).count();
     assert!(held >= 5, "{found:?}");
+}
+
+/// The same of an asymmetry of friction that the twin knows, beside an offset of the amplifier: while the axis moves the two are one force.
+fn beside_offset(offset_v: f64, seed: u64) -> [f64; 2] {
+    let known = [
+        ("effect.coulomb_friction.force_n", 20.0),
+        ("effect.presliding.stiffness_n_per_m", 3e6),
+        ("effect.presliding.damping_n_s_per_m", 2e3),
+    ];
+    let hidden = [("effect.amplifier_offset.offset_v", offset_v)];
+    let asked = Asked { effect: EffectId::AsymmetricFriction, key: "coulomb_asymmetry", value: -0.2 };
+    error_and_half(&with(&model("grinder"), &known), &hidden, &asked, &CELLS, seed)
+}
+
+/// An offset that is too small to be named shifts the asymmetry. Its interval knows: it holds the truth, and it is narrow without an offset.
+#[test]
+fn exact_intervals_hold_the_truth_beside_an_offset_that_is_not_named() {
+    let offsets = [0.8e-3, -0.8e-3, 1.5e-3, -1.5e-3];
+    let found: Vec<[f64; 2]> =
+        offsets.iter().zip(0..).map(|(offset, seed)| beside_offset(*offset, seed)).collect();
+    assert!(found.iter().all(|[error, half]| error.abs() <= *half), "{found:?}");
+    let narrowest = found.iter().map(|[_, half]| *half).fold(f64::INFINITY, f64::min);
+    let [error, half] = beside_offset(0.0, 4);
+    assert!(error.abs() < 2.0 * half && half < 0.5 * narrowest, "{error} {half} {narrowest}");
 }
