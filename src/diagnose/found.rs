@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::decide::Limits;
-use super::evidence::{MOST, Score, bootstrap};
+use super::evidence::{ADEQUATE_GAP, MOST, Score, bootstrap};
 use super::fit::Sensitivities;
 use super::folds::Folds;
 use super::hypothesis::EffectSet;
@@ -71,13 +71,14 @@ impl Found {
         self.likelihood(index) - price(candidate.effects(), &self.stated) - candidate.fit.strain()
     }
 
-    /// Whether the twin as it is leaves of the held-out runs what noise leaves, calibrated inside its tolerances or not, and no cause
-    /// predicts them overwhelmingly better nevertheless: a small one may hide below the level of the noise and not in its course.
+    /// Whether the twin leaves of the held-out runs what noise leaves: as it is, or calibrated inside its tolerances where no cause predicts overwhelmingly
+    /// better. What noise leaves is no more than what the best explanation leaves: stated noise may be too large.
     pub(super) fn is_quiet(&self, before: &Score) -> bool {
-        (before.is_adequate() && !self.overwhelms()) || self.calibration_settles()
+        let is_noise = before.mean_square() <= ADEQUATE_GAP.powi(2) * self.reference().mean_square();
+        (before.is_adequate() && (is_noise || !self.overwhelms())) || self.calibration_settles()
     }
 
-    /// The same of the calibrated twin.
+    /// Whether the calibrated twin does.
     pub(super) fn calibration_settles(&self) -> bool {
         !self.candidates.is_empty() && self.is_adequate(0) && !self.overwhelms()
     }
