@@ -1,17 +1,14 @@
 //! What a hypothesis leaves undescribed, and what of it may have gone into the numbers of its fit.
 
 use super::estimate::Screen;
-use super::hypothesis::with_effect;
 use super::linearised::Linearised;
 use super::motion;
 use super::waves::{self, Wave};
-use crate::effect::EffectId;
+use crate::effect::{AmplifierOffset, ConstantForce, Effect};
 use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::{DMatrix, DVector};
 
-/// Laws of a force that depends on place alone, of which one that the machine does not have makes the waves.
-const PLACES: [EffectId; 3] = [EffectId::Cogging, EffectId::SecondCogging, EffectId::ThirdCogging];
 /// Periods of the force over the travel, twice the travel first, each half of the one before: down to an eighth of the travel.
 const OCTAVES: i32 = 5;
 /// Force or voltage while its response is taken, as a share of the largest one: small against any friction, large against rounding.
@@ -103,23 +100,18 @@ fn variance(residuals: &DVector<f64>, weights: &DVector<f64>, left: &[DVector<f6
 
 /// The machine with each of the waves of force over the travel, all of one amplitude.
 fn with_waves(fitted: &Machine, screen: &Screen) -> Vec<Machine> {
-    let Some(law) = waves::free(fitted, &PLACES) else { return Vec::new() };
     let period = |octave: i32| 2.0 * screen.travel() * 0.5f64.powi(octave);
     let all = (0..OCTAVES).flat_map(|octave| Wave::both(period(octave), SHARE * screen.largest_force));
-    waves::machines(fitted, law, all).unwrap_or_default()
+    waves::machines(fitted, waves::force, all)
 }
 
-/// The machine with each of the constants that it can have and has not.
+/// The machine with each of the constants that it can have.
 fn with_constants(fitted: &Machine, screen: &Screen) -> Vec<Machine> {
-    let constants = [
-        (EffectId::ConstantForce, screen.largest_force),
-        (EffectId::AmplifierOffset, screen.largest_voltage()),
-    ];
-    let is_open = |effect: EffectId| {
-        effect.applies(&fitted.constants()) && !fitted.description().effect.contains(effect)
-    };
-    let all = constants.into_iter().filter(|(effect, _)| is_open(*effect));
-    all.filter_map(|(effect, largest)| with_effect(fitted, effect, &[SHARE * largest]).ok()).collect()
+    let force = ConstantForce { force_n: SHARE * screen.largest_force };
+    let voltage = AmplifierOffset { offset_v: SHARE * screen.largest_voltage() };
+    let all = [Effect::ConstantForce(force), Effect::AmplifierOffset(voltage)];
+    let can_have = |effect: &Effect| effect.id().applies(&fitted.constants());
+    all.into_iter().filter(can_have).map(|effect| fitted.clone().with_probe(effect)).collect()
 }
 
 #[cfg(test)]

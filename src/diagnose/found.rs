@@ -157,13 +157,6 @@ impl Found {
         self.best_of(&better)
     }
 
-    /// Takes the twin as it is for the explanation: it leaves no gap that a cause explains overwhelmingly better.
-    pub(super) fn settle(&mut self, before: &Score) {
-        self.chosen = 0;
-        self.is_settled = true;
-        self.posterior = posterior(self, before);
-    }
-
     /// Whether the chosen explanation leaves so much open that closing it would be worth naming.
     pub(super) fn has_material_left(&self, before: &Score) -> bool {
         let left = self.candidates[self.chosen].left();
@@ -203,7 +196,7 @@ impl Found {
     }
 
     /// Whether a candidate has the chosen effects, which leave no more than noise, and others beside them that are not worth naming.
-    fn is_detail(&self, index: usize, before: &Score) -> bool {
+    pub(super) fn is_detail(&self, index: usize, before: &Score) -> bool {
         index != self.chosen
             && !self.effects().is_empty()
             && self.is_adequate(self.chosen)
@@ -212,7 +205,7 @@ impl Found {
 
     /// Largest log-likelihood of an explanation that is identified. What is not identified has no share where it predicts no better: a number at its
     /// bound says that something is missing beside it, and there nothing is.
-    fn identified(&self) -> f64 {
+    pub(super) fn identified(&self) -> f64 {
         let sound = (0..self.candidates.len()).filter(|&k| self.is_sound(k));
         sound.map(|k| self.likelihood(k)).fold(f64::NEG_INFINITY, f64::max)
     }
@@ -273,46 +266,7 @@ fn reference(candidates: &[Candidate]) -> &Score {
 }
 
 /// Draws of the bootstrap over which the posterior is averaged.
-const DRAWS: usize = 200;
-
-/// Posterior probabilities of the candidates: likelihood times prior, averaged over a bootstrap of the
-/// held-out blocks, so that evidence resting on a few blocks counts less. One that has details beside the chosen one counts as that: in both the
-/// chosen effects act, and the details are not told.
-pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
-    let candidates = &found.candidates;
-    let best = reference(candidates);
-    let is_borne_out = |index: usize| candidates[index].effects().is_disjoint(&found.not_borne_out);
-    let identified = found.identified();
-    let stands = |index| {
-        !found.is_refinement(index, before)
-            && !candidates[index].has_noise_line()
-            && is_borne_out(index)
-            && (found.is_resolved(index) || found.likelihood(index) > identified)
-    };
-    let stands: Vec<bool> = (0..candidates.len()).map(stands).collect();
-    let blocks: Vec<Vec<f64>> = candidates.iter().map(|c| c.log_likelihoods(best)).collect();
-    let mut sum = vec![0.0; candidates.len()];
-    for weights in bootstrap(best.blocks(), DRAWS) {
-        let likelihood = |k: usize| blocks[k].iter().zip(&weights).map(|(l, w)| l * w).sum::<f64>();
-        let merit = |(k, candidate): (usize, &Candidate)| {
-            if !stands[k] {
-                return f64::NEG_INFINITY;
-            }
-            likelihood(k) - price(candidate.effects(), &found.stated) - candidate.fit.strain()
-        };
-        let merits: Vec<f64> = candidates.iter().enumerate().map(merit).collect();
-        let most = merits.iter().copied().fold(f64::MIN, f64::max);
-        let total: f64 = merits.iter().map(|m| (m - most).exp()).sum();
-        for (sum, merit) in sum.iter_mut().zip(&merits) {
-            *sum += (merit - most).exp() / total;
-        }
-    }
-    let mut posterior: Vec<f64> = sum.into_iter().map(|s| s / DRAWS as f64).collect();
-    for k in (0..candidates.len()).filter(|&k| found.is_detail(k, before)) {
-        posterior[found.chosen] += std::mem::take(&mut posterior[k]);
-    }
-    posterior
-}
+pub(super) const DRAWS: usize = 200;
 
 #[cfg(test)]
 pub(super) mod tests {
@@ -428,56 +382,6 @@ pub(super) mod tests {
         assert_eq!(better(candidate(&[BACKLASH], 10.0, 40.0)), None);
         let pair = |left: f64| candidate(&[COULOMB, BACKLASH], 1.0, left);
         assert_eq!([better(pair(40.0)), better(pair(95.0))], [Some(2), None]);
-    }
-
-    /// A twin that leaves no gap has the probability, and what predicts a little better is a refinement.
-    #[test]
-    fn exact_what_leaves_no_gap_is_most_probable() {
-        let before = Score::even(1e4);
-        let all = vec![
-            candidate(&[], 0.0, 1.0),
-            candidate(&[COULOMB], 1.0, 0.99),
-            candidate(&[BACKLASH], 1.0, 1.0),
-        ];
-        let mut found = found(all, 1);
-        found.posterior = posterior(&found, &before);
-        assert!(found.posterior[1] > 0.9);
-        found.settle(&before);
-        assert!(found.posterior[0] > 0.9 && found.posterior[1] == 0.0, "{:?}", found.posterior);
-        assert_eq!([1, 2].map(|k| found.is_refinement(k, &before)), [true, false]);
-    }
-
-    /// An explanation with a number at its bound has no share beside one that predicts as well with all numbers inside, and has one where it predicts
-    /// better than all of these.
-    #[test]
-    fn exact_what_is_not_identified_gives_way_to_what_predicts_as_well() {
-        let shares = |left: f64| {
-            let all = vec![
-                candidate(&[], 0.0, 1e4),
-                candidate(&[COULOMB], 1.0, 1.2),
-                candidate(&[BACKLASH], 10.0, left),
-                candidate(&[COULOMB, BACKLASH], 1.0, 1.1),
-            ];
-            posterior(&found(all, 1), &Score::even(1e4))
-        };
-        // Play beside the friction that leaves no more than noise is a detail: it counts for the friction.
-        assert_eq!(shares(1.1)[2..], [0.0; 2]);
-        assert!(shares(1.1)[1] > 0.99 && shares(1.05)[2] > 0.99);
-    }
-
-    /// Of two that predict alike, a change of what the twin has is likelier than something new.
-    #[test]
-    fn exact_change_comes_before_novelty() {
-        let all = || {
-            let one = |effect| candidate(&[effect], 1.0, 2.0);
-            vec![candidate(&[], 0.0, 1e4), one(BACKLASH), one(COULOMB)]
-        };
-        let mut found = found(all(), 1);
-        found.stated = EffectSet::from([COULOMB]);
-        let before = Score::even(1e4);
-        let posterior = posterior(&found, &before);
-        assert!((posterior[2] / posterior[1] - 10.0).abs() < 0.01, "{posterior:?}");
-        assert_eq!(found.best_of(&[1, 2]), Some(2));
     }
 
     /// A calibrated twin that leaves no gap settles it, unless a cause predicts overwhelmingly better.

@@ -50,6 +50,7 @@ pub mod parameter;
 pub mod phase;
 mod pitch_search;
 pub mod place;
+mod posterior;
 mod predictive;
 pub mod proposals;
 pub mod prove;

@@ -76,8 +76,8 @@ mod tests {
     use super::*;
     use crate::diagnose::conclude;
     use crate::diagnose::folds::Folds;
-    use crate::diagnose::found::posterior;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
+    use crate::diagnose::posterior::posterior;
     use crate::diagnose::rivals;
 
     /// An equal of the chosen effect is its rival, whichever of them happens to leave a billionth less; more effects that gain too

@@ -7,7 +7,7 @@ use super::hypothesis::{Freedom, paths};
 use super::objective::Objective;
 use super::score_test::ScoreTest;
 use super::wave_sets::WaveSets;
-use super::waves::{self, Wave};
+use super::waves::{self, Wave, WaveLaw};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -49,6 +49,8 @@ pub struct Travel {
 pub struct Family {
     /// The laws.
     pub laws: &'static [EffectId],
+    /// A wave of them.
+    pub wave: WaveLaw,
     /// The largest amplitude of a wave, in what the laws have it in.
     pub largest: f64,
     /// Harmonics of a wave: 1 or 2.
@@ -90,8 +92,7 @@ pub struct Beside {
 }
 
 impl PitchSearch {
-    /// Looks at what a fit leaves of the training runs, for waves of one family of laws; none where the machine has all of the family, or the
-    /// travel is none.
+    /// Looks at what a fit leaves of the training runs, for waves of one family of laws; none where the travel is none.
     ///
     /// # Errors
     /// Whatever a replay refuses.
@@ -105,8 +106,8 @@ impl PitchSearch {
         let fitted = fit.machine(objective.machine)?;
         let amplitude = SHARE * family.largest;
         let basis = Basis::over(travel).filter(|_| amplitude > 0.0);
-        let Some((basis, law)) = basis.zip(waves::free(&fitted, family.laws)) else { return Ok(None) };
-        let Some(machines) = waves::machines(&fitted, law, basis.waves(amplitude)) else { return Ok(None) };
+        let Some(basis) = basis else { return Ok(None) };
+        let machines = waves::machines(&fitted, family.wave, basis.waves(amplitude));
         let residuals = objective.residuals(&fit.values)?;
         let changed = objective.residuals_at(&machines)?;
         let responses: Vec<DVector<f64>> =
@@ -153,6 +154,11 @@ impl PitchSearch {
     /// coarse grid those that explain most, each wave estimated beside the others then.
     pub fn sets(&self, count: usize) -> Vec<Vec<Vec<f64>>> {
         let whole = self.beside(&[]);
+        self.best_sets(count, &whole).iter().filter_map(|set| self.laws_of_set(set, &whole)).collect()
+    }
+
+    /// The spatial frequencies of the sets, each in order.
+    fn best_sets(&self, count: usize, whole: &Beside) -> Vec<Vec<f64>> {
         let grid: Vec<f64> = self.frequencies.iter().copied().step_by(COARSE).collect();
         let waves: Vec<DMatrix<f64>> = grid.iter().map(|f| self.wave(*f)).collect();
         let all = WaveSets::new(&waves, &whole.normal, &whole.right, RIDGE);
@@ -164,12 +170,15 @@ impl PitchSearch {
                 sets.push(set);
             }
         }
+        sets
+    }
+
+    /// The laws of a set, the largest wave first.
+    fn laws_of_set(&self, set: &[f64], whole: &Beside) -> Option<Vec<Vec<f64>>> {
         let size = |values: &Vec<f64>| values[1..].iter().map(|c| c * c).sum::<f64>();
-        let sorted = |mut set: Vec<Vec<f64>>| {
-            set.sort_by(|a, b| size(b).total_cmp(&size(a)));
-            set
-        };
-        sets.iter().filter_map(|set| self.laws(set, &whole)).map(sorted).collect()
+        let mut laws = self.laws(set, whole)?;
+        laws.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        Some(laws)
     }
 
     /// The frequencies that stand out, best first.

@@ -1,7 +1,8 @@
 //! Which explanation is told where the search ends: what of the chosen one is certain, or the most probable one.
 
 use super::evidence::Score;
-use super::found::{Found, posterior};
+use super::found::Found;
+use super::posterior::posterior;
 use super::selection::{MOST_EFFECTS, Search};
 use crate::error::Result;
 

@@ -9,6 +9,7 @@ use super::objective::Objective;
 use super::pitch_search::{Family, PitchSearch, Travel};
 use super::proposals::{Proposals, members};
 use super::selection::Search;
+use super::waves::{self, WaveLaw};
 use crate::effect::EffectId;
 use crate::error::Result;
 
@@ -25,6 +26,24 @@ const MODES: usize = 3;
 /// The largest share of a ripple that a fit begins with: no fit begins where the motor pulls backwards.
 const LARGEST_SHARE: f64 = 0.5;
 
+/// What repeats along the axis.
+fn families(screen: &Screen) -> [Family; 4] {
+    let family = |laws, wave: WaveLaw, largest, harmonics| Family { laws, wave, largest, harmonics };
+    let reading = reading::largest(screen);
+    [
+        family(&COGGING, waves::force, screen.largest_force, 2),
+        family(&RIPPLE, waves::ripple, LARGEST_SHARE, 2),
+        family(&ENCODER, waves::reading, reading, 1),
+        family(&SCREW, waves::lead, reading, 1),
+    ]
+}
+
+/// The places that the runs pass.
+fn travel(screen: &Screen) -> Travel {
+    let (low, high) = screen.ends();
+    Travel { low, high, longest: screen.period_range().1 }
+}
+
 impl Search<'_> {
     /// Adds starts of the next law of each family, by itself and together with those that the fit has.
     ///
@@ -37,22 +56,13 @@ impl Search<'_> {
         sensitivities: &Sensitivities,
         screen: &Screen,
     ) -> Result<()> {
-        let (low, high) = screen.ends();
-        let travel = Travel { low, high, longest: screen.period_range().1 };
         let objective = Objective { stride: sensitivities.stride, ..self.objective(&fit.hypothesis) };
         let effects = &fit.hypothesis.effects;
         let stated = &self.machine.description().effect;
-        let reading = reading::largest(screen);
-        let family = |laws, largest, harmonics| Family { laws, largest, harmonics };
-        for family in [
-            family(&COGGING[..], screen.largest_force, 2),
-            family(&RIPPLE[..], LARGEST_SHARE, 2),
-            family(&ENCODER[..], reading, 1),
-            family(&SCREW[..], reading, 1),
-        ] {
+        for family in families(screen) {
             let next = family.laws.iter().find(|law| !effects.contains(law) && !stated.contains(**law));
             let Some(&next) = next.filter(|law| self.catalogue.contains(law)) else { continue };
-            let search = PitchSearch::of(&objective, fit, sensitivities, family, travel)?;
+            let search = PitchSearch::of(&objective, fit, sensitivities, family, travel(screen))?;
             let Some(search) = search else { continue };
             let members = members(next);
             let is_found = members.len() > 1 && members.iter().all(|of| *of == next || effects.contains(of));

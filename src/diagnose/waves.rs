@@ -1,7 +1,6 @@
 //! Machines with waves over place, of which replays tell the responses.
 
-use super::hypothesis::with_effect;
-use crate::effect::EffectId;
+use crate::effect::{Cogging, Effect, EncoderPeriodicError, ForceRipple, ScrewError};
 use crate::machine::Machine;
 
 /// One wave over place x: s·sin(2πx/p) + c·cos(2πx/p).
@@ -15,6 +14,9 @@ pub struct Wave {
     pub cosine: f64,
 }
 
+/// A law of a wave: what repeats.
+pub type WaveLaw = fn(Wave) -> Effect;
+
 impl Wave {
     /// Sine and cosine of one period with this amplitude.
     pub fn both(period: f64, amplitude: f64) -> [Self; 2] {
@@ -22,14 +24,27 @@ impl Wave {
     }
 }
 
-/// The machine with each of these waves of a law of period, sine and cosine, whose other numbers are zero (a second harmonic, a flank); none where
-/// its description refuses one.
-pub fn machines(machine: &Machine, law: EffectId, waves: impl Iterator<Item = Wave>) -> Option<Vec<Machine>> {
-    let with = |wave: Wave| with_effect(machine, law, &[wave.period, wave.sine, wave.cosine, 0.0, 0.0]).ok();
-    waves.map(with).collect()
+/// The machine with each of these waves of a law beside what it has.
+pub fn machines(machine: &Machine, law: WaveLaw, waves: impl Iterator<Item = Wave>) -> Vec<Machine> {
+    waves.map(|wave| machine.clone().with_probe(law(wave))).collect()
 }
 
-/// The first of some laws that a machine does not have.
-pub fn free(machine: &Machine, laws: &[EffectId]) -> Option<EffectId> {
-    laws.iter().copied().find(|law| !machine.description().effect.contains(*law))
+/// A force that repeats over place, in N or N·m.
+pub fn force(Wave { period, sine, cosine }: Wave) -> Effect {
+    Effect::Cogging(Cogging::single(period, sine, cosine))
+}
+
+/// A share of the motor's force that repeats over place.
+pub fn ripple(Wave { period, sine, cosine }: Wave) -> Effect {
+    Effect::ForceRipple(ForceRipple::single(period, sine, cosine))
+}
+
+/// What an encoder reads wrong over place, in m or rad.
+pub fn reading(Wave { period, sine, cosine }: Wave) -> Effect {
+    Effect::EncoderPeriodicError(EncoderPeriodicError { period_m: period, sine_m: sine, cosine_m: cosine })
+}
+
+/// What a screw moves wrong over place, in m or rad.
+pub fn lead(Wave { period, sine, cosine }: Wave) -> Effect {
+    Effect::ScrewError(ScrewError { period_m: period, sine_m: sine, cosine_m: cosine, flank: 0.0 })
 }

@@ -62,6 +62,21 @@ pub struct Cogging {
 }
 
 impl Cogging {
+    /// The first harmonic alone.
+    pub fn single(period_m: f64, sine_n: f64, cosine_n: f64) -> Self {
+        Self {
+            period_m,
+            sine_n,
+            cosine_n,
+            sine_2_n: 0.0,
+            cosine_2_n: 0.0,
+            sine_3: 0.0,
+            cosine_3: 0.0,
+            sine_4: 0.0,
+            cosine_4: 0.0,
+        }
+    }
+
     /// The third and the fourth harmonic.
     fn higher(&self) -> [f64; 4] {
         [self.sine_3, self.cosine_3, self.sine_4, self.cosine_4]

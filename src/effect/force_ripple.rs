@@ -57,6 +57,21 @@ pub struct ForceRipple {
 }
 
 impl ForceRipple {
+    /// The first harmonic alone.
+    pub fn single(period_m: f64, sine: f64, cosine: f64) -> Self {
+        Self {
+            period_m,
+            sine,
+            cosine,
+            sine_2: 0.0,
+            cosine_2: 0.0,
+            sine_3: 0.0,
+            cosine_3: 0.0,
+            sine_4: 0.0,
+            cosine_4: 0.0,
+        }
+    }
+
     /// The third and the fourth harmonic.
     fn higher(&self) -> [f64; 4] {
         [self.sine_3, self.cosine_3, self.sine_4, self.cosine_4]

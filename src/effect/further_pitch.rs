@@ -1,5 +1,6 @@
 //! Cogging and force ripple of further pitches.
 
+use super::law::FormNumber;
 use super::{
     Cogging, Constants, Door, EffectId, ForceRipple, Lack, Law, Likeness, Machinery, Nominal, Parameter,
     Prior, Site, Stretch, Unlike,
@@ -8,12 +9,13 @@ use serde::{Deserialize, Serialize};
 
 /// A further pitch of a law that repeats along the axis, beside those that are there already.
 macro_rules! further {
-    ($name:ident, $law:ident, $modified:ident, $group:literal, $phrase:literal, $what:literal, $equation:literal) => {
+    ($name:ident, $law:ident, $modified:ident, $group:literal, $phrase:literal, $what:literal) => {
         #[doc = $what]
         ///
         /// # Model
         /// The law of the first pitch, with a pitch of its own, added to it. Motors have several: of the magnets, of the slots, of
-        /// their least common multiple, and of a turn; each further one has two harmonics here.
+        /// their least common multiple, and of a turn. Which of them is called the first is a matter of order: each has the harmonics of
+        /// the law, as numbers and as form.
         ///
         /// # Validity
         /// As the law of the first pitch. It is looked for once the pitch before it is there.
@@ -38,6 +40,7 @@ macro_rules! further {
             const MODIFIES: &'static [EffectId] = &[EffectId::$modified];
             const FOLLOWS: bool = true;
             const GROUP: Option<&'static str> = Some($group);
+            const FORM: &'static [FormNumber] = <$law as Law>::FORM;
             const DOORS: &'static [Door] = <$law as Law>::DOORS;
 
             fn fault(&self) -> Option<String> {
@@ -64,8 +67,8 @@ macro_rules! further {
                 $law::lacks(constants)
             }
 
-            const EQUATION: &'static str = $equation;
-            const SYMBOLS: &'static [&'static str] = &["p", "s₁", "c₁", "s₂", "c₂"];
+            const EQUATION: &'static str = <$law as Law>::EQUATION;
+            const SYMBOLS: &'static [&'static str] = <$law as Law>::SYMBOLS;
             const SOURCE: &'static str = <$law as Law>::SOURCE;
             const SHOWN_BY: &'static str = <$law as Law>::SHOWN_BY;
             const EXAMPLE: &'static [f64] = <$law as Law>::EXAMPLE;
@@ -91,8 +94,7 @@ further!(
     Cogging,
     "cogging",
     "cogging of a second pitch",
-    "Cogging of a second pitch.",
-    "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ with φ = 2π·x/p"
+    "Cogging of a second pitch."
 );
 further!(
     ThirdCogging,
@@ -100,8 +102,7 @@ further!(
     SecondCogging,
     "cogging",
     "cogging of a third pitch",
-    "Cogging of a third pitch.",
-    "F = s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ with φ = 2π·x/p"
+    "Cogging of a third pitch."
 );
 further!(
     SecondForceRipple,
@@ -109,6 +110,5 @@ further!(
     ForceRipple,
     "force_ripple",
     "force ripple of a second pitch",
-    "Force ripple of a second pitch.",
-    "F = Kt·i·(1 + s₁·sin φ + c₁·cos φ + s₂·sin 2φ + c₂·cos 2φ) with φ = 2π·x/p"
+    "Force ripple of a second pitch."
 );

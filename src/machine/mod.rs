@@ -59,6 +59,8 @@ pub struct Machine {
     table: Arc<toml::Table>,
     description: Arc<Description>,
     solid: Arc<Solid>,
+    /// Laws besides those of the description.
+    probes: Vec<Effect>,
 }
 
 impl Machine {
@@ -85,8 +87,13 @@ impl Machine {
         let joint = description.joint.as_deref();
         let solid = Solid::import_of_machine(&urdf, joint, &description.held_joints, folder)?;
         stated::check_motion(&table, solid.joint.motion).map_err(|e| e.file(&file))?;
-        let machine =
-            Self { file, table: Arc::new(table), description: Arc::new(description), solid: Arc::new(solid) };
+        let machine = Self {
+            file,
+            table: Arc::new(table),
+            description: Arc::new(description),
+            solid: Arc::new(solid),
+            probes: Vec::new(),
+        };
         machine.check_against_solid()?;
         let plan = machine.description.crosscheck.as_ref();
         plan.map_or(Ok(()), |plan| machine.check_cells("crosscheck", &plan.cells))?;
@@ -142,6 +149,13 @@ impl Machine {
         self.with_table(table)
     }
 
+    /// The machine with a law more, which may be of a kind that it has already: a small one, of which replays tell the response. A file does not hold it.
+    #[must_use]
+    pub fn with_probe(mut self, probe: Effect) -> Self {
+        self.probes.push(probe);
+        self
+    }
+
     fn with_table(&self, table: toml::Table) -> Result<Self> {
         let description: Description = table.clone().try_into().map_err(|e: toml::de::Error| {
             toml_text::explained(Error::new(ErrorKind::UnknownKey).file(&self.file), e.message())
@@ -153,6 +167,7 @@ impl Machine {
             table: Arc::new(table),
             description: Arc::new(description),
             solid: Arc::clone(&self.solid),
+            probes: self.probes.clone(),
         };
         machine.check_against_solid()?;
         Ok(machine)
@@ -245,9 +260,11 @@ impl Machine {
         self.solid.joint.motion
     }
 
-    /// Effects that act, in signal-path order.
+    /// Effects that act, in signal-path order; probes last.
     pub fn effects(&self) -> Vec<Effect> {
-        self.description.effect.acting()
+        let mut acting = self.description.effect.acting();
+        acting.extend(self.probes.iter().cloned());
+        acting
     }
 
     /// The value at a key path, where it is stated and is a number.
