@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector};
 const OCTAVES: i32 = 5;
 /// Force or voltage while its response is taken, as a share of the largest one: small against any friction, large against rounding.
 const SHARE: f64 = 1e-5;
-/// Share of its power that a fit must leave of a constant: derivatives are differences, known to a thousandth.
+/// Share of its power that a fit must leave of a constant: derivatives are differences, known to a thousandth, of which this is the square.
 const TOLD: f64 = 1e-6;
 
 /// Covariance that the discrepancy of a hypothesis adds to that of its numbers, in units of their scales; none where the residuals are noise.

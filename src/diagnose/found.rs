@@ -41,7 +41,7 @@ pub(super) struct Base {
 
 /// An effect more must be worth this much log-likelihood: a prior of 1 in 100 for each effect.
 pub const PRICE_PER_EFFECT: f64 = 4.605;
-/// Log-likelihood by which a cause must predict better than a twin that leaves no gap. By chance a likelihood ratio on runs that were not fitted
+/// Log-likelihood by which a cause must predict better than a twin that leaves no gap once it is calibrated, or beside noise that is stated too large. By chance a likelihood ratio on runs that were not fitted
 /// exceeds e²⁰ with a probability of e⁻²⁰ at most (its expectation is 1; Markov's inequality), and one of the 5·10⁶ sets of up to six of 41 effects does
 /// with 1.1 %, as far as the noise model holds.
 const OVERWHELMING: f64 = 20.0;
@@ -382,6 +382,18 @@ pub(super) mod tests {
         assert_eq!(better(candidate(&[BACKLASH], 10.0, 40.0)), None);
         let pair = |left: f64| candidate(&[COULOMB, BACKLASH], 1.0, left);
         assert_eq!([better(pair(40.0)), better(pair(95.0))], [Some(2), None]);
+    }
+
+    /// A twin as it is that leaves the noise has no gap, however much better a cause follows its course; where the noise is really half of what is
+    /// stated, there is one.
+    #[test]
+    fn exact_what_leaves_no_more_than_the_noise_has_no_gap() {
+        let is_quiet = |before: f64, left: f64| {
+            let all = vec![candidate(&[], 0.0, before), candidate(&[COULOMB], 1.0, left)];
+            found(all, 1).is_quiet(&Score::even(before))
+        };
+        assert!(is_quiet(1.0, 0.9) && is_quiet(1.5, 1.0));
+        assert!(!is_quiet(1.6, 1.0) && !is_quiet(1.0, 0.5));
     }
 
     /// A calibrated twin that leaves no gap settles it, unless a cause predicts overwhelmingly better.

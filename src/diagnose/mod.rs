@@ -172,7 +172,7 @@ fn diagnose_after(
         }
     }
     if found.is_quiet(&ready.before) {
-        // The held-out runs show no gap, or none beyond the tolerances that a cause explains overwhelmingly better.
+        // The held-out runs show no gap, or calibration leaves none that a cause explains overwhelmingly better.
         found.settle(&ready.before);
     }
     let diagnosis = ready.conclude(found, recording, &split, options)?;

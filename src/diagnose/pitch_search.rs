@@ -105,8 +105,7 @@ impl PitchSearch {
     ) -> Result<Option<Self>> {
         let fitted = fit.machine(objective.machine)?;
         let amplitude = SHARE * family.largest;
-        let basis = Basis::over(travel).filter(|_| amplitude > 0.0);
-        let Some(basis) = basis else { return Ok(None) };
+        let Some(basis) = Basis::over(travel).filter(|_| amplitude > 0.0) else { return Ok(None) };
         let machines = waves::machines(&fitted, family.wave, basis.waves(amplitude));
         let residuals = objective.residuals(&fit.values)?;
         let changed = objective.residuals_at(&machines)?;
@@ -154,11 +153,6 @@ impl PitchSearch {
     /// coarse grid those that explain most, each wave estimated beside the others then.
     pub fn sets(&self, count: usize) -> Vec<Vec<Vec<f64>>> {
         let whole = self.beside(&[]);
-        self.best_sets(count, &whole).iter().filter_map(|set| self.laws_of_set(set, &whole)).collect()
-    }
-
-    /// The spatial frequencies of the sets, each in order.
-    fn best_sets(&self, count: usize, whole: &Beside) -> Vec<Vec<f64>> {
         let grid: Vec<f64> = self.frequencies.iter().copied().step_by(COARSE).collect();
         let waves: Vec<DMatrix<f64>> = grid.iter().map(|f| self.wave(*f)).collect();
         let all = WaveSets::new(&waves, &whole.normal, &whole.right, RIDGE);
@@ -170,15 +164,12 @@ impl PitchSearch {
                 sets.push(set);
             }
         }
-        sets
-    }
-
-    /// The laws of a set, the largest wave first.
-    fn laws_of_set(&self, set: &[f64], whole: &Beside) -> Option<Vec<Vec<f64>>> {
         let size = |values: &Vec<f64>| values[1..].iter().map(|c| c * c).sum::<f64>();
-        let mut laws = self.laws(set, whole)?;
-        laws.sort_by(|a, b| size(b).total_cmp(&size(a)));
-        Some(laws)
+        let sorted = |mut set: Vec<Vec<f64>>| {
+            set.sort_by(|a, b| size(b).total_cmp(&size(a)));
+            set
+        };
+        sets.iter().filter_map(|set| self.laws(set, &whole)).map(sorted).collect()
     }
 
     /// The frequencies that stand out, best first.

@@ -43,15 +43,6 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
     posterior
 }
 
-impl Found {
-    /// Takes the twin as it is for the explanation: it leaves no gap that a cause explains overwhelmingly better.
-    pub(super) fn settle(&mut self, before: &Score) {
-        self.chosen = 0;
-        self.is_settled = true;
-        self.posterior = posterior(self, before);
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;

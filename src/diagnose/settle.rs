@@ -6,6 +6,15 @@ use super::posterior::posterior;
 use super::selection::{MOST_EFFECTS, Search};
 use crate::error::Result;
 
+impl Found {
+    /// Takes the twin as it is for the explanation: it is quiet (see [`is_quiet`](Self::is_quiet)).
+    pub(super) fn settle(&mut self, before: &Score) {
+        self.chosen = 0;
+        self.is_settled = true;
+        self.posterior = posterior(self, before);
+    }
+}
+
 impl Search<'_> {
     /// Takes what of the chosen explanation is certain, where that by itself leaves nothing that need be named, or where all of it leaves too much
     /// for a cause: what is found in part has to be certain.

@@ -62,7 +62,7 @@ pub struct Cogging {
 }
 
 impl Cogging {
-    /// The first harmonic alone.
+    /// The first harmonic alone: pitch in m or rad, sine and cosine in N or N·m.
     pub fn single(period_m: f64, sine_n: f64, cosine_n: f64) -> Self {
         Self {
             period_m,

@@ -57,7 +57,7 @@ pub struct ForceRipple {
 }
 
 impl ForceRipple {
-    /// The first harmonic alone.
+    /// The first harmonic alone: pitch in m or rad, sine and cosine as shares of the motor's force.
     pub fn single(period_m: f64, sine: f64, cosine: f64) -> Self {
         Self {
             period_m,

@@ -59,7 +59,7 @@ pub struct Machine {
     table: Arc<toml::Table>,
     description: Arc<Description>,
     solid: Arc<Solid>,
-    /// Laws besides those of the description.
+    /// Laws beside those of the description; see [`with_probe`](Self::with_probe).
     probes: Vec<Effect>,
 }
 
@@ -149,7 +149,8 @@ impl Machine {
         self.with_table(table)
     }
 
-    /// The machine with a law more, which may be of a kind that it has already: a small one, of which replays tell the response. A file does not hold it.
+    /// The machine with a law more, which may be of a kind that it has already: a small one, of which replays tell the response. It acts in
+    /// replays only: neither description nor TOML tree has it.
     #[must_use]
     pub fn with_probe(mut self, probe: Effect) -> Self {
         self.probes.push(probe);
