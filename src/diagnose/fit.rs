@@ -111,14 +111,14 @@ impl Fit {
     }
 }
 
-/// Starts that build on what is found, and are descended from at most; of those that put others in the place of that, one is.
+/// Starts that build on what is found, and are descended from at most.
 const DESCENTS: usize = 2;
 
 /// Fits a hypothesis to training runs from its starts, or from `warm` alone, and keeps the best.
 ///
 /// # Model
-/// Of several starts, those that already replay best are descended from, and the best of those that replace what is found; after a few steps
-/// of a rough fit only the best of them goes on. Levenberg–Marquardt between bounds. Residuals far outside their own spread count
+/// Of several starts, those that already replay best are descended from; after a few steps of a rough fit only the best of them goes on. The best of
+/// those that replace what is found are descended from beside them. Levenberg–Marquardt between bounds. Residuals far outside their own spread count
 /// linearly (Huber). A wave whose second harmonic alone shows is fitted again with half the pitch. Standard errors are the sandwich
 /// `H⁻¹·(Σ g_b·g_bᵀ)·H⁻¹` over blocks b of consecutive samples, which holds for autocorrelated and uneven residuals alike.
 ///
@@ -133,25 +133,16 @@ pub fn fit(
     care: Care,
 ) -> Result<Fit> {
     let objective = Objective::new(machine, hypothesis, training.runs(), floor).for_care(care);
-    let starts: Vec<Vec<f64>> = match warm {
-        Some(values) => vec![inside(hypothesis, values)],
+    let starts = match warm {
+        Some(values) => Starts { building: vec![inside(hypothesis, values)], replacing: Vec::new() },
         None => promising(&objective, care)?,
     };
-    let is_race = starts.len() > 1 && matches!(care, Care::Rough(_));
-    let first = if is_race { RACED } else { care.iterations() };
-    let mut best: Option<(f64, Arrived)> = None;
-    for start in starts {
-        let arrived = descend(&objective, start, care, first)?;
-        let size = objective.size(&arrived.residuals);
-        if best.as_ref().is_none_or(|(least, _)| size < *least) {
-            best = Some((size, arrived));
-        }
+    let mut all: Vec<Arrived> = raced(&objective, starts.building, care)?.into_iter().collect();
+    for start in starts.replacing {
+        all.push(descend(&objective, start, care, care.iterations())?);
     }
-    let arrived = match best {
-        Some((_, leader)) if is_race && leader.jacobian.is_none() => {
-            descend(&objective, leader.values, care, care.iterations() - RACED)?
-        }
-        Some((_, arrived)) => arrived,
+    let arrived = match best(&objective, all) {
+        Some(arrived) => arrived,
         None => Arrived { values: Vec::new(), residuals: objective.residuals(&[])?, jacobian: None },
     };
     let fit = finish(&objective, arrived, care)?;
@@ -170,17 +161,50 @@ pub fn fit(
 /// sum of squares (χ² at 5 %), 1 % of 600 independent samples.
 const ALIKE: f64 = 0.01;
 
-/// Steps after which a rough fit goes on from the best of its starts alone: a choice of cost. A start that is overtaken later is lost.
+/// Steps after which a rough fit goes on from the best alone of its starts that build on what is found: a choice of cost. A start that is overtaken
+/// later is lost. Those that put others in the place of what is found are not raced: they begin far from where the other numbers are at rest.
 const RACED: usize = 2;
+/// Of the starts that put others in the place of what is found, so many are descended from: a choice of cost.
+const REPLACING: usize = 3;
+
+/// Where the best of these starts leads, that goes on by itself after a few steps of a rough fit; none of none.
+fn raced(objective: &Objective, starts: Vec<Vec<f64>>, care: Care) -> Result<Option<Arrived>> {
+    let is_race = starts.len() > 1 && matches!(care, Care::Rough(_));
+    let steps = if is_race { RACED } else { care.iterations() };
+    let all = starts.into_iter().map(|start| descend(objective, start, care, steps));
+    let leader = best(objective, all.collect::<Result<Vec<Arrived>>>()?);
+    match leader {
+        Some(leader) if is_race && leader.jacobian.is_none() => {
+            descend(objective, leader.values, care, care.iterations() - RACED).map(Some)
+        }
+        leader => Ok(leader),
+    }
+}
+
+/// The one that leaves least, the first one of equals.
+fn best(objective: &Objective, all: Vec<Arrived>) -> Option<Arrived> {
+    let sized = all.into_iter().map(|arrived| (objective.size(&arrived.residuals), arrived));
+    sized.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, arrived)| arrived)
+}
+
+/// Where a fit is descended from.
+struct Starts {
+    /// What builds on what a fit of another hypothesis left.
+    building: Vec<Vec<f64>>,
+    /// What puts other values in the place of that.
+    replacing: Vec<Vec<f64>>,
+}
 
 /// Of several starts, those whose replays come closest once the numbers whose sensitivities are known have gone with them: what a wave takes
 /// up, calibration had taken up before.
-fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
+fn promising(objective: &Objective, care: Care) -> Result<Starts> {
     let starts: Vec<Vec<f64>> =
         objective.hypothesis.starts.iter().map(|start| inside(objective.hypothesis, start)).collect();
     let Hypothesis { building, inherited, .. } = *objective.hypothesis;
     if starts.len() <= DESCENTS && inherited == 0 {
-        return Ok(starts);
+        let mut build = starts;
+        let replacing = build.split_off(building);
+        return Ok(Starts { building: build, replacing });
     }
     let residuals = objective.residuals_of(&starts)?;
     let known = care.known().map(|known| objective.known_columns(known));
@@ -199,8 +223,9 @@ fn promising(objective: &Objective, care: Care) -> Result<Vec<Vec<f64>>> {
         starts.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     build.truncate(descents);
-    build.extend(replacing.into_iter().take(1));
-    Ok(build.into_iter().map(|(_, start)| start).collect())
+    replacing.truncate(REPLACING);
+    let values = |starts: Vec<(f64, Vec<f64>)>| starts.into_iter().map(|(_, start)| start).collect();
+    Ok(Starts { building: values(build), replacing: values(replacing) })
 }
 
 /// Values inside the ranges of a hypothesis.

@@ -1,7 +1,7 @@
 //! A hypothesis: which effects the twin lacks, and the numbers that a fit may choose.
 
 use super::estimate::{Further, is_cumulative};
-use super::proposals::Proposals;
+use super::proposals::{Proposals, Together};
 use crate::effect::{EffectId, Nominal, Parameter};
 use crate::error::Result;
 use crate::machine::Machine;
@@ -158,20 +158,20 @@ impl Hypothesis {
                 .take(MOST_STARTS)
                 .collect();
         }
-        let replaced: Vec<(EffectSet, Vec<f64>)> = together
-            .into_iter()
-            .filter_map(|values| {
-                Some((values.keys().copied().collect(), replaced(&starts[0], &places, values)?))
-            })
-            .collect();
         let building = starts.len();
-        let elsewhere = replaced.iter().flat_map(|(effects, _)| effects).copied().collect();
-        starts.extend(replaced.into_iter().map(|(_, start)| start));
         for calibration in calibrations(machine, effects) {
             let found = known.iter().find_map(|(other, values)| other.value(&calibration.path, values));
             let start = found.unwrap_or(calibration.neutral).clamp(calibration.range.0, calibration.range.1);
             starts.iter_mut().for_each(|set| set.push(start));
             free.push(calibration);
+        }
+        let first = starts[0].clone();
+        let mut elsewhere = EffectSet::new();
+        for set in together {
+            if let Some(start) = replaced(&first, &free, &places, set) {
+                starts.push(start);
+                elsewhere.extend(set.own.keys());
+            }
         }
         Some(Self { effects: effects.clone(), free, starts, building, inherited: 0, elsewhere })
     }
@@ -238,16 +238,23 @@ impl Hypothesis {
     }
 }
 
-/// A start with other values of some effects, whose numbers begin at these places; none where one of them is not in the hypothesis.
+/// A start with other values of some effects, whose numbers begin at these places, and of what is beside them; none where one of the effects is
+/// not in the hypothesis.
 fn replaced(
     start: &[f64],
+    free: &[Free],
     places: &BTreeMap<EffectId, usize>,
-    values: &BTreeMap<EffectId, Vec<f64>>,
+    set: &Together,
 ) -> Option<Vec<f64>> {
     let mut start = start.to_vec();
-    for (effect, own) in values {
+    for (effect, own) in &set.own {
         let from = *places.get(effect)?;
         start.get_mut(from..from + own.len())?.copy_from_slice(own);
+    }
+    for (value, free) in start.iter_mut().zip(free) {
+        if let Some(other) = set.beside.get(&free.path) {
+            *value = *other;
+        }
     }
     Some(start)
 }

@@ -1,38 +1,35 @@
 //! Pitches of what repeats along the axis, from what the replays of a fit leave.
 
 use super::care::Sensitivities;
-use super::estimate::relax::{Spectrum, is_same, refined, settled, undoubled};
+use super::estimate::relax::{Spectrum, is_same, refined, undoubled};
 use super::fit::Fit;
-use super::hypothesis::{Freedom, paths};
+use super::hypothesis::{Free, path, paths};
+use super::nonparametric::{self, Nonparametric};
 use super::objective::Objective;
+use super::proposals::Together;
 use super::score_test::ScoreTest;
+use super::wave_basis::{RIDGE, WAVES, WaveBasis, solvable};
+use super::wave_descent::{Harmonics, Spread, WaveDescent};
 use super::wave_sets::WaveSets;
-use super::waves::{self, Wave, WaveLaw};
+use super::waves::WaveLaw;
 use crate::effect::EffectId;
 use crate::error::Result;
-use crate::machine::Machine;
-use nalgebra::{Cholesky, DMatrix, DVector};
-use std::f64::consts::TAU;
+use crate::units::Motion;
+use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
 
-/// Waves whose responses are taken: of 1 to so many halves of a period over the travel.
-const HALVES: usize = 16;
-/// Share of the basis' highest frequency up to which waves between two of it are told by those around.
-const MARGIN: f64 = 0.9;
-/// Places at which waves are compared with those of the basis.
-const PLACES: usize = 4 * HALVES;
-/// Amplitude of a wave while its response is taken, as a share of the largest: small against any friction, large against rounding.
-const SHARE: f64 = 1e-5;
 /// Spatial frequencies lie this part of the resolution (one over the travel) apart.
 const OVERSAMPLING: f64 = 10.0;
-/// Sets are looked for on a grid so many times as coarse, a fifth of the resolution: a choice of cost, each wave is refined then.
-const COARSE: usize = 2;
+/// Sets of the grid that are descended from.
+const CANDIDATES: usize = 1000;
+/// So many of the best of them go on for so many steps each time: a choice of cost. What a set of the grid leaves tells little of where it leads, and the
+/// valleys are long.
+const STAGES: [(usize, usize); 4] = [(CANDIDATES, 4), (250, 16), (60, 60), (20, 400)];
 /// Peaks that fits start from, and that sets are begun with.
 const PEAKS: usize = 3;
 /// A frequency is a peak if no better one lies so many grid points around it.
 const PEAK_WIDTH: usize = 2;
-/// What is added to the diagonal of normal matrices, as a share of their largest entry: waves that others all but make would blow up.
-const RIDGE: f64 = 1e-8;
-
 /// The places that runs pass.
 #[derive(Debug, Clone, Copy)]
 pub struct Travel {
@@ -57,7 +54,16 @@ pub struct Family {
     pub harmonics: usize,
 }
 
-/// What the residuals of a fit tell of a wave over place, beside calibration and the other effects of its hypothesis.
+/// Where the quadratic form is taken that waves are looked for by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum About {
+    /// At the fit: for one wave more.
+    Fit,
+    /// At the function of place beside the fit that leaves least: for several waves together.
+    Nonparametric,
+}
+
+/// What the residuals of a fit tell of waves over place, beside calibration and the other effects of its hypothesis.
 ///
 /// # Model
 /// The replay's normalised residuals r change with a wave of amplitude a by R·a, seen through the twin's own loop: the R of sine and cosine of n halves
@@ -69,13 +75,16 @@ pub struct Family {
 /// The gain is by how much a fit of their amplitudes lowers the weighted sum of squares: to first order the best that a fit can do with these
 /// periods. Unlike a periodogram of the missing force it weighs every sample by what it tells and takes no derivative of the position.
 ///
+/// Several waves are looked for about the [function of place](Nonparametric) that explains most, whatever its course: about the fit itself the form is
+/// not right enough to tell sets of waves apart that differ by a thousandth of what they explain, and which of them come near each other on a travel of few periods.
+///
 /// # Validity
-/// To first order in the amplitudes. Pitches of a seventh of the travel and more, a second harmonic from twice that.
+/// To first order in the amplitudes, of several waves in what they differ by from that function. Pitches of a seventh of the travel and more, a second harmonic from twice that.
 ///
 /// # Source
 /// The score test: C. R. Rao (1948), Math. Proc. Cambridge Philos. Soc. 44:50.
 pub struct PitchSearch {
-    basis: Basis,
+    basis: WaveBasis,
     normal: DMatrix<f64>,
     right: DVector<f64>,
     /// What the waves of the hypothesis have already, as a combination of the basis.
@@ -83,6 +92,9 @@ pub struct PitchSearch {
     frequencies: Vec<f64>,
     spacing: f64,
     family: Family,
+    /// The other numbers of the fit beside a function of place.
+    others: BTreeMap<String, f64>,
+    motion: Motion,
 }
 
 /// Other waves taken out of the normal equations.
@@ -102,44 +114,47 @@ impl PitchSearch {
         sensitivities: &Sensitivities,
         family: Family,
         travel: Travel,
+        about: About,
     ) -> Result<Option<Self>> {
-        let fitted = fit.machine(objective.machine)?;
-        let amplitude = SHARE * family.largest;
-        let Some(basis) = Basis::over(travel).filter(|_| amplitude > 0.0) else { return Ok(None) };
-        let machines = waves::machines(&fitted, family.wave, basis.waves(amplitude));
-        let residuals = objective.residuals(&fit.values)?;
-        let changed = objective.residuals_at(&machines)?;
-        let responses: Vec<DVector<f64>> =
-            changed.into_iter().map(|changed| (changed - &residuals) / amplitude).collect();
-        let responses = DMatrix::from_columns(&responses);
+        let basis = WaveBasis::between(travel.low, travel.high).filter(|_| family.largest > 0.0);
+        let Some(basis) = basis else { return Ok(None) };
+        let (wave, largest, jacobian) = (family.wave, family.largest, &sensitivities.columns);
         // The waves of the family itself may go elsewhere.
-        let mut jacobian = sensitivities.columns.clone();
-        for (k, free) in fit.hypothesis.free.iter().enumerate() {
-            if free.freedom == Freedom::Cause && family.laws.contains(&free.effect) {
-                jacobian.column_mut(k).fill(0.0);
-            }
-        }
-        let ScoreTest { normal, right } =
-            ScoreTest::of(objective, &fit.values, &residuals, &jacobian, &responses);
+        let own = &fit.hypothesis.effects;
+        let held = &|free: &Free| family.laws.contains(&free.effect) && own.contains(&free.effect);
+        let beside = nonparametric::Beside { objective, fit, jacobian, held, wave, largest, basis: &basis };
+        let Nonparametric { coefficients, test, values } = match about {
+            About::Fit => beside.zero()?,
+            About::Nonparametric => beside.best()?,
+        };
+        let ScoreTest { normal, right } = test;
+        let right = right + &normal * coefficients;
         let (from, spacing) = (1.0 / travel.longest, 1.0 / (OVERSAMPLING * basis.length));
         let count = ((basis.highest() - from) / spacing).max(0.0) as usize;
         let frequencies = (0..count).map(|k| from + k as f64 * spacing).collect();
-        let known = DVector::zeros(2 * HALVES);
-        let mut search = Self { basis, normal, right, known, frequencies, spacing, family };
+        let others =
+            fit.hypothesis.free.iter().zip(values).filter(|(free, _)| !family.laws.contains(&free.effect));
+        let others = others.map(|(free, value)| (free.path.clone(), value)).collect();
+        let known = DVector::zeros(WAVES);
+        let motion = objective.machine.motion();
+        let mut search = Self { basis, normal, right, known, frequencies, spacing, family, others, motion };
         for effect in family.laws.iter().filter(|effect| fit.hypothesis.effects.contains(effect)) {
-            search.know(fit, *effect, objective.machine);
+            search.know(fit, *effect);
         }
         Ok(Some(search))
     }
 
     /// Takes note of a wave that the hypothesis has.
-    fn know(&mut self, fit: &Fit, effect: EffectId, machine: &Machine) {
-        let values = paths(effect, machine.motion()).map(|path| fit.hypothesis.value(&path, &fit.values));
+    fn know(&mut self, fit: &Fit, effect: EffectId) {
+        let values = paths(effect, self.motion).map(|path| fit.hypothesis.value(&path, &fit.values));
         let values: Option<Vec<f64>> = values.collect();
-        if let Some([period, amplitudes @ ..]) = values.as_deref() {
-            let own = &amplitudes[..self.columns()];
-            self.known += self.wave(1.0 / period) * DVector::from_column_slice(own);
-        }
+        let Some([period, amplitudes @ ..]) = values.as_deref() else { return };
+        let amplitudes = &amplitudes[..self.columns()];
+        let form = effect.form().iter().map(|form| path(effect, form.parameter.key(self.motion)));
+        let form = form.map(|path| fit.hypothesis.value(&path, &fit.values).unwrap_or(0.0));
+        let first = amplitudes[0].hypot(amplitudes[1]);
+        let all: Vec<f64> = amplitudes.iter().copied().chain(form.map(|share| first * share)).collect();
+        self.known += self.basis.columns(1.0 / period, all.len() / 2) * DVector::from_vec(all);
     }
 
     /// Waves that explain most beside those of the hypothesis: pitch and amplitudes as a law has them, best first.
@@ -149,27 +164,59 @@ impl PitchSearch {
         all.flatten().collect()
     }
 
-    /// Sets of so many waves that explain most in the place of those that the hypothesis has, the largest wave of a set first: of all sets of a
-    /// coarse grid those that explain most, each wave estimated beside the others then.
-    pub fn sets(&self, count: usize) -> Vec<Vec<Vec<f64>>> {
+    /// Where these effects of the family may begin together, in the place of the waves that the hypothesis has: at the sets of waves that explain most.
+    /// From the best sets of a grid all numbers of a set are descended from together.
+    pub fn sets(&self, members: &[EffectId]) -> Vec<Together> {
         let whole = self.beside(&[]);
-        let grid: Vec<f64> = self.frequencies.iter().copied().step_by(COARSE).collect();
-        let waves: Vec<DMatrix<f64>> = grid.iter().map(|f| self.wave(*f)).collect();
-        let all = WaveSets::new(&waves, &whole.normal, &whole.right, RIDGE);
-        let mut sets: Vec<Vec<f64>> = Vec::new();
-        for best in all.best(count, PEAKS) {
-            let mut set = settled(self, best.into_iter().map(|k| grid[k]).collect());
-            set.sort_by(f64::total_cmp);
-            if !sets.iter().any(|other| is_same(self, other, &set)) {
-                sets.push(set);
+        let shares = members.iter().flat_map(|effect| effect.form()).map(|form| form.tolerance);
+        let spread = Spread { share: shares.fold(0.0, f64::max), largest: self.family.largest };
+        let descent = WaveDescent::new(&self.basis, &whole.normal, &whole.right, spread);
+        let Some(descent) = descent else { return Vec::new() };
+        let waves: Vec<DMatrix<f64>> = self.frequencies.iter().map(|f| self.wave(*f)).collect();
+        let grid = WaveSets::new(&waves, &whole.normal, &whole.right, RIDGE).best(members.len(), CANDIDATES);
+        let begun = |set: Vec<usize>| {
+            let frequencies: Vec<f64> = set.into_iter().map(|k| self.frequencies[k]).collect();
+            self.laws(&frequencies, &whole).map(|laws| WaveDescent::begun(&laws))
+        };
+        let mut sets: Vec<DVector<f64>> = grid.into_iter().filter_map(begun).collect();
+        let range = (self.frequencies.first().copied().unwrap_or(0.0), self.basis.highest());
+        for (most, steps) in STAGES {
+            sets.truncate(most);
+            let descend = |set| descent.descend(set, range, steps);
+            let mut left: Vec<(f64, DVector<f64>)> = sets.into_par_iter().map(descend).collect();
+            left.sort_by(|a, b| a.0.total_cmp(&b.0));
+            sets = left.into_iter().map(|(_, set)| set).collect();
+        }
+        let distinct = self.distinct(sets.iter().map(WaveDescent::waves));
+        distinct.into_iter().map(|set| self.together(members, set)).collect()
+    }
+
+    /// The first ones of sets that are not like an earlier one.
+    fn distinct(&self, sets: impl Iterator<Item = Vec<Harmonics>>) -> Vec<Vec<Harmonics>> {
+        let frequencies = |set: &[Harmonics]| set.iter().map(|wave| wave.frequency).collect::<Vec<f64>>();
+        let mut distinct: Vec<Vec<Harmonics>> = Vec::new();
+        for mut set in sets {
+            set.sort_by(|a, b| a.frequency.total_cmp(&b.frequency));
+            let is_like = |other: &Vec<Harmonics>| is_same(self, &frequencies(other), &frequencies(&set));
+            if distinct.len() < PEAKS && !distinct.iter().any(is_like) {
+                distinct.push(set);
             }
         }
-        let size = |values: &Vec<f64>| values[1..].iter().map(|c| c * c).sum::<f64>();
-        let sorted = |mut set: Vec<Vec<f64>>| {
-            set.sort_by(|a, b| size(b).total_cmp(&size(a)));
-            set
-        };
-        sets.iter().filter_map(|set| self.laws(set, &whole)).map(sorted).collect()
+        distinct
+    }
+
+    /// Waves as the laws of these effects, the largest one as the first.
+    fn together(&self, members: &[EffectId], mut set: Vec<Harmonics>) -> Together {
+        let size = |wave: &Harmonics| wave.own.iter().map(|c| c * c).sum::<f64>();
+        set.sort_by(|a, b| size(b).total_cmp(&size(a)));
+        let mut beside = self.others.clone();
+        let mut own = BTreeMap::new();
+        for (effect, wave) in members.iter().zip(set) {
+            own.insert(*effect, [vec![1.0 / wave.frequency], wave.own].concat());
+            let form = effect.form().iter().map(|form| path(*effect, form.parameter.key(self.motion)));
+            beside.extend(form.zip(wave.form));
+        }
+        Together { own, beside }
     }
 
     /// The frequencies that stand out, best first.
@@ -207,7 +254,7 @@ impl PitchSearch {
     fn block(&self, frequencies: &[f64]) -> DMatrix<f64> {
         let blocks: Vec<DMatrix<f64>> = frequencies.iter().map(|f| self.wave(*f)).collect();
         let own = self.columns();
-        DMatrix::from_fn(2 * HALVES, own * blocks.len(), |row, k| blocks[k / own][(row, k % own)])
+        DMatrix::from_fn(WAVES, own * blocks.len(), |row, k| blocks[k / own][(row, k % own)])
     }
 
     /// Amplitudes of a wave.
@@ -246,93 +293,5 @@ impl Spectrum for PitchSearch {
 
     fn gain(&self, frequency: f64, beside: &Beside) -> f64 {
         self.estimated(&self.wave(frequency), beside).map_or(0.0, |(gain, _)| gain)
-    }
-}
-
-/// Waves of 1, 2, … halves of a period over a travel, of which any longer wave is a combination there.
-struct Basis {
-    length: f64,
-    places: Vec<f64>,
-    /// The combination for values at the places.
-    combined: DMatrix<f64>,
-}
-
-impl Basis {
-    /// The basis over a travel; none where that has no length.
-    fn over(travel: Travel) -> Option<Self> {
-        let length = travel.high - travel.low;
-        let place = |k: usize| travel.low + length * (k as f64 + 0.5) / PLACES as f64;
-        let places: Vec<f64> = (0..PLACES).map(place).collect();
-        let values = DMatrix::from_fn(PLACES, 2 * HALVES, |row, k| {
-            wave(period(length, k / 2 + 1), places[row])[k % 2]
-        });
-        let factor = if length > 0.0 { solvable(values.tr_mul(&values)) } else { None };
-        Some(Self { length, combined: factor?.solve(&values.transpose()), places })
-    }
-
-    /// Its waves with this amplitude.
-    fn waves(&self, amplitude: f64) -> impl Iterator<Item = Wave> + use<'_> {
-        (1..=HALVES).flat_map(move |halves| Wave::both(period(self.length, halves), amplitude))
-    }
-
-    /// The highest spatial frequency of which it makes a wave.
-    fn highest(&self) -> f64 {
-        MARGIN / period(self.length, HALVES)
-    }
-
-    /// The waves of a frequency and of its harmonics as combinations of the basis: sine, cosine, sine, cosine.
-    fn columns(&self, frequency: f64, harmonics: usize) -> DMatrix<f64> {
-        let at = |row: usize, column: usize| {
-            let frequency = (1 + column / 2) as f64 * frequency;
-            // What the basis does not make is left out.
-            if frequency > self.highest() { 0.0 } else { wave(1.0 / frequency, self.places[row])[column % 2] }
-        };
-        &self.combined * DMatrix::from_fn(PLACES, 2 * harmonics, at)
-    }
-}
-
-/// Period of a wave with so many halves of one over a length.
-fn period(length: f64, halves: usize) -> f64 {
-    2.0 * length / halves as f64
-}
-
-fn wave(period: f64, x: f64) -> [f64; 2] {
-    let (sine, cosine) = (TAU * x / period).sin_cos();
-    [sine, cosine]
-}
-
-fn solvable(mut normal: DMatrix<f64>) -> Option<Cholesky<f64, nalgebra::Dyn>> {
-    let ridge = RIDGE * normal.diagonal().amax().max(f64::MIN_POSITIVE);
-    for k in 0..normal.nrows() {
-        normal[(k, k)] += ridge;
-    }
-    normal.cholesky()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Waves between those of the basis, and those longer than the travel, are combinations of it, at places between those that they were
-    /// compared at too.
-    #[test]
-    fn exact_any_longer_wave_is_a_combination_of_the_basis() {
-        let basis = Basis::over(Travel { low: -0.01, high: 0.05, longest: 0.09 }).unwrap();
-        let steps = 200;
-        for k in 1..steps {
-            let frequency = basis.highest() * f64::from(k) / f64::from(steps);
-            let columns = basis.columns(frequency, 2);
-            for place in 0..61 {
-                let x = -0.01 + 0.001 * f64::from(place);
-                let own = basis.waves(1.0).map(|w| {
-                    let [sine, cosine] = wave(w.period, x);
-                    w.sine * sine + w.cosine * cosine
-                });
-                let made = columns.tr_mul(&DVector::from_iterator(2 * HALVES, own));
-                let [sine, cosine] = wave(1.0 / frequency, x);
-                assert!((made[0] - sine).abs() < 0.02 && (made[1] - cosine).abs() < 0.02, "{frequency} {x}");
-            }
-        }
-        assert!(Basis::over(Travel { low: 0.02, high: 0.02, longest: 0.09 }).is_none());
     }
 }

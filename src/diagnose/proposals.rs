@@ -16,7 +16,16 @@ pub struct Proposal {
     /// the recording does not tell.
     pub further: Vec<Option<Further>>,
     /// Starting values of the effect together with others that are found already, in the place of those.
-    pub together: Vec<BTreeMap<EffectId, Vec<f64>>>,
+    pub together: Vec<Together>,
+}
+
+/// Starting values of effects together.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Together {
+    /// Parameters of each effect.
+    pub own: BTreeMap<EffectId, Vec<f64>>,
+    /// What other numbers are beside these, by their key paths; those of a hypothesis that has one of them.
+    pub beside: BTreeMap<String, f64>,
 }
 
 /// The proposals for a set of effects, all from the same screening.
@@ -41,16 +50,20 @@ impl Proposals {
 
     /// Adds where an effect starts together with what it modifies, of a twin that has none of them.
     pub fn add_together(&mut self, effect: EffectId, bare: &Screen) {
-        self.add(effect, Vec::new(), estimate::together(effect, bare));
+        let members = members(effect);
+        let set = |values: Vec<Vec<f64>>| Together {
+            own: members.iter().copied().zip(values).collect(),
+            beside: BTreeMap::new(),
+        };
+        let together = estimate::together(effect, bare).into_iter().map(set).collect();
+        self.add(effect, Vec::new(), together);
     }
 
     /// Adds where an effect, or the effect with what it modifies, may start besides.
-    pub fn add(&mut self, effect: EffectId, starts: Vec<Vec<f64>>, together: Vec<Vec<Vec<f64>>>) {
+    pub fn add(&mut self, effect: EffectId, starts: Vec<Vec<f64>>, together: Vec<Together>) {
         let Some(proposal) = self.0.get_mut(&effect) else { return };
-        let members = members(effect);
-        let set = |values: Vec<Vec<f64>>| members.iter().copied().zip(values).collect();
         proposal.starts.extend(starts);
-        proposal.together.extend(together.into_iter().map(set));
+        proposal.together.extend(together);
     }
 
     /// The proposal for one effect; none where it was not screened for.

@@ -162,3 +162,46 @@ fn ref_the_smaller_of_two_ripples_may_have_the_higher_harmonics() {
     assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["force_ripple", "second_force_ripple"]));
     assert!(d.gap.after < 1.1, "{:?}", d.gap.after);
 }
+
+/// Two ripples that make several hundred times the noise, behind stated friction, on strokes of one to three of their pitches. At the twin without them the
+/// gap is too large for responses to first order to tell which two pitches make it; about the ripple over place, whatever its course, they are told.
+#[test]
+fn ref_two_large_ripples_are_told_on_strokes_of_their_pitches() {
+    let cells = [
+        (0.051, 4.3, Role::Training),
+        (0.0515, 8.9, Role::Training),
+        (0.046, 15.6, Role::Training),
+        (0.039, 7.6, Role::Training),
+        (0.049, 16.0, Role::HeldOut),
+        (0.037, 15.8, Role::HeldOut),
+    ];
+    let friction = [
+        ("effect.coulomb_friction.force_n", 26.8),
+        ("effect.presliding.stiffness_n_per_m", 2.58e7),
+        ("effect.presliding.damping_n_s_per_m", 6900.0),
+    ];
+    let stated = with(&model("grinder"), &friction);
+    let hidden = [
+        ("effect.force_ripple.period_m", 0.016),
+        ("effect.force_ripple.sine", 0.0243),
+        ("effect.force_ripple.cosine", 0.0282),
+        ("effect.force_ripple.cosine_2", 0.0081),
+        ("effect.force_ripple.sine_3", 0.058),
+        ("effect.second_force_ripple.period_m", 0.0367),
+        ("effect.second_force_ripple.sine", 0.073),
+        ("effect.second_force_ripple.cosine", 0.0023),
+        ("effect.second_force_ripple.cosine_2", 0.0135),
+    ];
+    let real = with(&stated, &hidden);
+    let recording = Strokes::both_ways(&stated, &real, 5).recording(&cells);
+    let options = Options { catalogue: &RIPPLES, ..Options::default() };
+    let d = diagnose(&stated, &recording, &options).unwrap();
+    show(&d);
+    assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["force_ripple", "second_force_ripple"]));
+    assert!(d.gap.after < 1.1, "{:?}", d.gap.after);
+    let mut periods: Vec<f64> = d.causes.iter().map(|cause| cause.parameters["period_m"].value).collect();
+    periods.sort_by(f64::total_cmp);
+    for (found, period) in periods.iter().zip([0.016, 0.0367]) {
+        assert!((found / period - 1.0).abs() < 1e-3, "{periods:?}");
+    }
+}
