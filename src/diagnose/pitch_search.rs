@@ -30,6 +30,7 @@ const STAGES: [(usize, usize); 4] = [(CANDIDATES, 4), (250, 16), (60, 60), (20, 
 const PEAKS: usize = 3;
 /// A frequency is a peak if no better one lies so many grid points around it.
 const PEAK_WIDTH: usize = 2;
+
 /// The places that runs pass.
 #[derive(Debug, Clone, Copy)]
 pub struct Travel {
