@@ -62,20 +62,16 @@ impl Search<'_> {
         for family in families(screen) {
             let next = family.laws.iter().find(|law| !effects.contains(law) && !stated.contains(**law));
             let Some(&next) = next.filter(|law| self.catalogue.contains(law)) else { continue };
-            let all = members(next);
-            let is_found = all.len() > 1 && all.iter().all(|of| *of == next || effects.contains(of));
+            let members = members(next);
+            let is_found = members.len() > 1 && members.iter().all(|of| *of == next || effects.contains(of));
             let about = if is_found { About::Nonparametric } else { About::Fit };
             let search = PitchSearch::of(&objective, fit, sensitivities, family, travel(screen), about)?;
             let Some(search) = search else { continue };
+            let together = if is_found { search.sets(&members) } else { Vec::new() };
             let mut pitches = search.pitches();
             // What a law has besides a wave (the flank of a screw) starts from none.
             pitches.iter_mut().for_each(|start| start.resize(next.parameters().len(), 0.0));
-            proposals.add(next, pitches, Vec::new());
-            // Where three pitches are missing, two of them may explain next to nothing.
-            let further = family.laws.iter().copied().skip_while(|law| *law != next);
-            for law in further.filter(|law| is_found && self.catalogue.contains(law)) {
-                proposals.add(law, Vec::new(), search.sets(&members(law)));
-            }
+            proposals.add(next, pitches, together);
         }
         Ok(())
     }
