@@ -11,7 +11,7 @@ pub(super) const ROUGH_ITERATIONS: usize = 8;
 const ROUGHLY_ARRIVED: f64 = 3e-3;
 /// Fall of the weighted sum of squares below which a fit has arrived: its numbers are within a tenth of the standard error that white residuals
 /// would give them, and likelihoods within 0.005 nats.
-const ARRIVED: f64 = 0.01;
+pub(super) const ARRIVED: f64 = 0.01;
 
 /// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.
 ///

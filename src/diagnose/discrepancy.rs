@@ -3,7 +3,7 @@
 use super::estimate::Screen;
 use super::linearised::Linearised;
 use super::motion;
-use super::waves::{self, Wave};
+use super::waves::{self, PROBE, Wave};
 use crate::effect::{AmplifierOffset, ConstantForce, Effect};
 use crate::error::Result;
 use crate::machine::Machine;
@@ -11,8 +11,6 @@ use nalgebra::{DMatrix, DVector};
 
 /// Periods of the force over the travel, twice the travel first, each half of the one before: down to an eighth of the travel.
 const OCTAVES: i32 = 5;
-/// Force or voltage while its response is taken, as a share of the largest one: small against any friction, large against rounding.
-const SHARE: f64 = 1e-5;
 /// Share of its power that a fit must leave of a constant: derivatives are differences, known to a thousandth, of which this is the square.
 const TOLD: f64 = 1e-6;
 
@@ -101,14 +99,14 @@ fn variance(residuals: &DVector<f64>, weights: &DVector<f64>, left: &[DVector<f6
 /// The machine with each of the waves of force over the travel, all of one amplitude.
 fn with_waves(fitted: &Machine, screen: &Screen) -> Vec<Machine> {
     let period = |octave: i32| 2.0 * screen.travel() * 0.5f64.powi(octave);
-    let all = (0..OCTAVES).flat_map(|octave| Wave::both(period(octave), SHARE * screen.largest_force));
+    let all = (0..OCTAVES).flat_map(|octave| Wave::both(period(octave), PROBE * screen.largest_force));
     waves::machines(fitted, waves::force, all)
 }
 
 /// The machine with each of the constants that it can have.
 fn with_constants(fitted: &Machine, screen: &Screen) -> Vec<Machine> {
-    let force = ConstantForce { force_n: SHARE * screen.largest_force };
-    let voltage = AmplifierOffset { offset_v: SHARE * screen.largest_voltage() };
+    let force = ConstantForce { force_n: PROBE * screen.largest_force };
+    let voltage = AmplifierOffset { offset_v: PROBE * screen.largest_voltage() };
     let all = [Effect::ConstantForce(force), Effect::AmplifierOffset(voltage)];
     let can_have = |effect: &Effect| effect.id().applies(&fitted.constants());
     all.into_iter().filter(can_have).map(|effect| fitted.clone().with_probe(effect)).collect()

@@ -64,7 +64,7 @@ impl LogNormal {
 
 /// A tolerance, or half of where machines usually have the logarithm of a number, is so many standard deviations of what it is
 /// usually off by, where twins are fitted and where they are judged.
-const TOLERANCE_SIGMAS: f64 = 2.0;
+pub(super) const TOLERANCE_SIGMAS: f64 = 2.0;
 
 impl Free {
     /// How many standard deviations of its prior a number is off its median: the tolerance of a calibrated constant, what machines have

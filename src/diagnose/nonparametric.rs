@@ -5,23 +5,21 @@ use super::hypothesis::Free;
 use super::objective::Objective;
 use super::score_test::ScoreTest;
 use super::wave_basis::{WAVES, WaveBasis, solvable};
-use super::waves::{self, Wave, WaveLaw};
+use super::waves::{self, PROBE, Wave, WaveLaw};
 use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::{DMatrix, DVector};
 
-/// Amplitude of a wave while its response is taken, as a share of the largest: small against any friction, large against rounding.
-const SHARE: f64 = 1e-5;
 /// Steps at most: a loop answers a force nearly linearly, and each step leaves the square of what the one before left.
 const STEPS: usize = 6;
-/// A step that lowers the sum of squares by less than this share is the last one.
+/// A step that lowers the sum of squares by less than this share is the last one: the next one would lower it by about the square of that.
 const ARRIVED: f64 = 0.01;
-/// A step that does not fall is halved so many times at most.
+/// A step that does not fall is halved so many times at most: a choice of cost.
 const HALVINGS: i32 = 4;
 
 /// A function of place that acts beside a fit, with what the data tell of it.
 pub struct Nonparametric {
-    /// Its coefficients, in the order of the [basis](WaveBasis).
+    /// Its coefficients, in the order of the [basis](WaveBasis): in N or N·m where the law is a force, without unit where it is a share of one.
     pub coefficients: DVector<f64>,
     /// Values of the fit's numbers beside it.
     pub values: Vec<f64>,
@@ -37,7 +35,7 @@ pub struct Beside<'a> {
     pub fit: &'a Fit,
     /// Derivatives of its residuals by its numbers.
     pub jacobian: &'a DMatrix<f64>,
-    /// Effects whose numbers stay as they are: those that the function takes the place of.
+    /// Whether a number stays as it is.
     pub held: &'a dyn Fn(&Free) -> bool,
     /// The law by which a wave of the function acts.
     pub wave: WaveLaw,
@@ -78,6 +76,12 @@ impl Beside<'_> {
     /// Gauss and Newton's method over the coefficients k of the basis and the numbers of the fit together. Near the function found, k̂, the residuals are linear
     /// in what a law would have else, `r = r̂ + R·(k − k̂)`: where no other cause is missing, laws are compared by one quadratic form, however large the
     /// force is. About the fit itself that form is right to first order in the whole force only.
+    ///
+    /// # Validity
+    /// What of a hypothesis' other faults follows place, as bristles at reversals do, is taken up too, and the form is too sharp by that.
+    ///
+    /// # Source
+    /// Nocedal, Wright (2006), *Numerical Optimization*, section 10.3.
     ///
     /// # Errors
     /// Whatever a replay refuses.
@@ -137,7 +141,7 @@ impl Beside<'_> {
 
     /// Derivatives of the residuals by the coefficients.
     fn responses(&self, place: &Place) -> Result<DMatrix<f64>> {
-        let amplitude = SHARE * self.largest;
+        let amplitude = PROBE * self.largest;
         let machine = self.machine(&place.values, &place.coefficients)?;
         let machines = waves::machines(&machine, self.wave, self.basis.waves(amplitude));
         let changed = self.objective.residuals_at(&machines)?;

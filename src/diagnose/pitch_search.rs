@@ -26,7 +26,7 @@ const CANDIDATES: usize = 1000;
 /// So many of the best of them go on for so many steps each time: a choice of cost. What a set of the grid leaves tells little of where it leads, and the
 /// valleys are long.
 const STAGES: [(usize, usize); 4] = [(CANDIDATES, 4), (250, 16), (60, 60), (20, 400)];
-/// Peaks that fits start from, and that sets are begun with.
+/// Places that fits of one wave more start from, and sets that fits of several do, at most: a choice of cost.
 const PEAKS: usize = 3;
 /// A frequency is a peak if no better one lies so many grid points around it.
 const PEAK_WIDTH: usize = 2;

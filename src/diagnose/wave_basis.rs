@@ -115,6 +115,7 @@ mod tests {
     #[test]
     fn exact_any_longer_wave_is_a_combination_of_the_basis() {
         let basis = WaveBasis::between(-0.01, 0.05).unwrap();
+        // Near the highest one the ends of the travel are made worst.
         const LARGEST: f64 = 5e-3;
         let steps = 200;
         for k in 1..steps {

@@ -1,5 +1,7 @@
 //! Sets of waves with their harmonics, fitted to what is known of a function of place.
 
+use super::care::ARRIVED;
+use super::hypothesis::TOLERANCE_SIGMAS;
 use super::wave_basis::WaveBasis;
 use crate::singular::decomposed;
 use nalgebra::{DMatrix, DVector};
@@ -11,7 +13,7 @@ const NUMBERS: usize = 9;
 const HARMONICS: usize = 4;
 /// Standard deviation of a second harmonic, as a share of the first one: machines have up to 40 % of it, two standard deviations.
 const SECOND: f64 = 0.2;
-/// A first harmonic below this share of the largest counts as this.
+/// A first harmonic below this share of the largest counts as this: the second one is measured by it, and of none there is no measure.
 const LEAST: f64 = 1e-4;
 /// Amplitudes of the law itself.
 const OWN: usize = 4;
@@ -20,9 +22,8 @@ const FIRST_DAMPING: f64 = 1e-4;
 const LESS_DAMPING: f64 = 0.1;
 const MORE_DAMPING: f64 = 10.0;
 const LARGEST_DAMPING: f64 = 1e6;
-/// Fall of the sum of squares below which a descent has arrived, as a fit has.
-const ARRIVED: f64 = 0.01;
-/// Directions of the quadratic form that are told less than this share of the best told one are rounding.
+/// Directions of the quadratic form that are told less than this share of the best told one are rounding: responses are differences, known to about the
+/// square root of it.
 const ROUNDING: f64 = 1e-10;
 
 /// A quadratic form of the coefficients of a basis, and the waves that make it small.
@@ -63,7 +64,7 @@ pub struct Spread {
 impl Spread {
     /// Standard deviations of the numbers of a wave with this first harmonic, beside its frequency.
     fn deviations(self, first: f64) -> [f64; NUMBERS - 1] {
-        let mut all = [0.5 * self.share; NUMBERS - 1];
+        let mut all = [self.share / TOLERANCE_SIGMAS; NUMBERS - 1];
         all[..2].fill(self.largest);
         all[2..OWN].fill(SECOND * first.max(LEAST * self.largest));
         all
@@ -123,37 +124,53 @@ impl<'a> WaveDescent<'a> {
         let (mut numbers, mut damping) = (begun, FIRST_DAMPING);
         let mut residuals = self.residuals(&numbers);
         for _ in 0..steps {
-            let jacobian = self.jacobian(&numbers);
-            let (normal, gradient) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(&residuals));
             let cost = residuals.norm_squared();
-            let mut fall = None;
-            while damping < LARGEST_DAMPING {
-                let mut damped = normal.clone();
-                for k in 0..damped.nrows() {
-                    damped[(k, k)] *= 1.0 + damping;
-                }
-                if let Some(step) = damped.cholesky().map(|factor| factor.solve(&gradient)) {
-                    let mut moved = &numbers - step;
-                    for k in (0..moved.len()).step_by(NUMBERS) {
-                        moved[k] = moved[k].clamp(range.0, range.1);
-                        let most = self.spread.share;
-                        (k + 1 + OWN..k + NUMBERS).for_each(|j| moved[j] = moved[j].clamp(-most, most));
-                    }
-                    let there = self.residuals(&moved);
-                    if there.norm_squared() < cost {
-                        fall = Some(cost - there.norm_squared());
-                        (numbers, residuals) = (moved, there);
-                        break;
-                    }
-                }
-                damping *= MORE_DAMPING;
-            }
+            let next = self.next(&numbers, &residuals, &mut damping, range);
             damping *= LESS_DAMPING;
-            if fall.is_none_or(|fall| fall < ARRIVED) {
+            let Some(next) = next else { break };
+            (numbers, residuals) = next;
+            if cost - residuals.norm_squared() < ARRIVED {
                 break;
             }
         }
         (residuals.norm_squared(), numbers)
+    }
+
+    /// The first step that falls, ever more damped, with what it leaves; none where not even a short one does.
+    fn next(
+        &self,
+        numbers: &DVector<f64>,
+        residuals: &DVector<f64>,
+        damping: &mut f64,
+        range: (f64, f64),
+    ) -> Option<(DVector<f64>, DVector<f64>)> {
+        let jacobian = self.jacobian(numbers);
+        let (normal, gradient) = (jacobian.tr_mul(&jacobian), jacobian.tr_mul(residuals));
+        while *damping < LARGEST_DAMPING {
+            let mut damped = normal.clone();
+            for k in 0..damped.nrows() {
+                damped[(k, k)] *= 1.0 + *damping;
+            }
+            if let Some(step) = damped.cholesky().map(|factor| factor.solve(&gradient)) {
+                let moved = self.inside(numbers - step, range);
+                let there = self.residuals(&moved);
+                if there.norm_squared() < residuals.norm_squared() {
+                    return Some((moved, there));
+                }
+            }
+            *damping *= MORE_DAMPING;
+        }
+        None
+    }
+
+    /// Numbers with spatial frequencies between these and harmonics inside their tolerance.
+    fn inside(&self, mut numbers: DVector<f64>, range: (f64, f64)) -> DVector<f64> {
+        let most = self.spread.share;
+        for wave in numbers.as_mut_slice().chunks_mut(NUMBERS) {
+            wave[0] = wave[0].clamp(range.0, range.1);
+            wave[1 + OWN..].iter_mut().for_each(|share| *share = share.clamp(-most, most));
+        }
+        numbers
     }
 
     fn residuals(&self, numbers: &DVector<f64>) -> DVector<f64> {

@@ -14,6 +14,9 @@ pub struct Wave {
     pub cosine: f64,
 }
 
+/// Amplitude of what acts while its response is taken, as a share of the largest that is usual: small against any friction, large against rounding.
+pub const PROBE: f64 = 1e-5;
+
 /// A law of a wave: what repeats.
 pub type WaveLaw = fn(Wave) -> Effect;
 

@@ -167,7 +167,7 @@ const CALIBRATED: f64 = 5e-4;
 type Case = (&'static [&'static str], &'static [(&'static str, f64)], f64);
 
 #[test]
-fn ref_each_hidden_effect_is_named_with_its_size() {
+fn ref_a_lighter_table_and_friction_of_one_direction_are_named_with_their_sizes() {
     let cases: [Case; 2] = [
         (&["payload"], &[("payload.mass_kg", -8.0)], 0.03),
         (

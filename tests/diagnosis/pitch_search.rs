@@ -17,7 +17,8 @@ const CELLS: [Cell; 5] = [
     (0.034, 8.0, Role::HeldOut),
 ];
 
-const SMALL: [EffectId; 8] = [
+/// What an offset and a long wave may be taken for.
+const RIVALS_OF_AN_OFFSET: [EffectId; 8] = [
     EffectId::AmplifierOffset,
     EffectId::Cogging,
     EffectId::SecondCogging,
@@ -47,7 +48,7 @@ fn ref_a_small_wave_longer_than_the_travel_is_found_beside_friction() {
     ];
     let real = with(&stated, &hidden);
     let recording = Strokes::both_ways(&stated, &real, 3).recording(&CELLS);
-    let options = Options { catalogue: &SMALL, ..Options::default() };
+    let options = Options { catalogue: &RIVALS_OF_AN_OFFSET, ..Options::default() };
     let d = diagnose(&stated, &recording, &options).unwrap();
     show(&d);
     assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["amplifier_offset", "cogging"]));
@@ -177,8 +178,7 @@ fn ref_the_smaller_of_two_ripples_may_have_the_higher_harmonics() {
 }
 
 /// Two pitches of several hundred times the noise, the smaller one of the length of the strokes, behind stated bristles that fade otherwise than those of
-/// the machine. At the twin without them the gap is too large for responses to first order to tell which two pitches make it, and a fit of both
-/// begins far from where the other numbers are at rest.
+/// the machine. A fit that goes on from the first pitch does not come to both (`unknown`): it begins at sets of pitches that are found together.
 #[test]
 fn ref_two_large_pitches_are_told_on_strokes_of_their_length() {
     let cells = [

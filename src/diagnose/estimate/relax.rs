@@ -53,7 +53,7 @@ pub fn relaxed(spectrum: &impl Spectrum, first: f64, count: usize) -> Vec<f64> {
 }
 
 /// Spatial frequencies of which each is estimated again beside all others, around its place, until none moves.
-pub fn settled(spectrum: &impl Spectrum, mut frequencies: Vec<f64>) -> Vec<f64> {
+fn settled(spectrum: &impl Spectrum, mut frequencies: Vec<f64>) -> Vec<f64> {
     for _ in 1..MOST_ROUNDS {
         let before = frequencies.clone();
         let again = |f, others: &_| undoubled(spectrum, refined(spectrum, f, others), others);
