@@ -27,6 +27,8 @@ const NEW: &str = "new";
 /// Name of the replaced folder in a build, where it could not be exchanged, and of the note that says where it stood.
 const OLD: &str = "old";
 const NOTE: &str = "stood";
+/// Starts of one build at most. One is lost only where another run looks between two calls of the file system.
+const STARTS: usize = 100;
 
 impl Build {
     /// A build beside `place`; leftovers of killed runs there are taken away first.
@@ -40,17 +42,23 @@ impl Build {
                 .expected("a folder in which files can be made")
                 .remedy("name a place where you may write")
         };
-        let start = || {
+        let start = || -> std::io::Result<_> {
             let folder = tempfile::Builder::new().prefix(prefix).tempdir_in(parent)?;
             let lock = File::create(folder.path().join(LOCK))?;
             lock.lock()?;
+            // One level below, because the temporary folder itself is readable by its owner only.
+            std::fs::create_dir(folder.path().join(NEW))?;
             Ok((folder, lock))
         };
-        // Another run may take the folder for a leftover before its lock is there.
-        let started = start().or_else(|_: std::io::Error| start());
-        let (folder, lock) = started.map_err(|error| failed(&error.kind().into()))?;
-        // One level below, because the temporary folder itself is readable by its owner only.
-        std::fs::create_dir(folder.path().join(NEW)).map_err(|error| failed(&error))?;
+        // Another run takes the folder for a leftover until its lock is held; it is gone then, and made anew.
+        let mut started = start();
+        for _ in 1..STARTS {
+            match &started {
+                Err(error) if error.kind() == std::io::ErrorKind::NotFound => started = start(),
+                _ => break,
+            }
+        }
+        let (folder, lock) = started.map_err(|error| failed(&error))?;
         Ok(Self { folder, _lock: lock })
     }
 
@@ -189,6 +197,25 @@ mod tests {
         assert!(build.put(&place, false).is_err());
         assert_eq!(std::fs::read_to_string(place.join("a")).unwrap(), "2");
         assert_eq!(names(folder.path()), ["x"]);
+    }
+
+    #[test]
+    fn exact_builds_that_start_at_once_do_not_take_each_other_away() {
+        let folder = tempfile::tempdir().unwrap();
+        let build = |thread: usize| {
+            for round in 0..100 {
+                let place = folder.path().join(format!("{thread}-{round}"));
+                let build = Build::beside(&place, ".b-").unwrap();
+                write(&build.fresh(), "1");
+                build.put(&place, false).unwrap();
+            }
+        };
+        std::thread::scope(|scope| {
+            for thread in 0..4 {
+                scope.spawn(move || build(thread));
+            }
+        });
+        assert_eq!(names(folder.path()).len(), 400);
     }
 
     #[test]
