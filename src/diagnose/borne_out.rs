@@ -5,7 +5,8 @@ use super::evidence::Score;
 use super::fit::Fit;
 use super::folds::Folds;
 use super::found::Found;
-use super::hypothesis::{EffectSet, Freedom};
+use super::free::Freedom;
+use super::hypothesis::EffectSet;
 use super::parameter::NORMAL_975;
 use super::posterior::posterior;
 use super::selection::Search;
@@ -79,7 +80,7 @@ fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
 mod tests {
     use super::*;
     use crate::diagnose::found::tests::{COULOMB, candidate};
-    use crate::diagnose::hypothesis::Free;
+    use crate::diagnose::free::Free;
     use nalgebra::{DMatrix, DVector};
 
     /// A size of 1 ± 0.1 is borne out by runs that agree on it, and not by runs of which each says another one.

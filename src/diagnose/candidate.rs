@@ -2,8 +2,9 @@
 
 use super::evidence::Score;
 use super::fit::Fit;
+use super::free::{Free, Freedom};
 use super::grounds::Unidentified;
-use super::hypothesis::{EffectSet, Free, Freedom};
+use super::hypothesis::EffectSet;
 use super::predictive::Predictive;
 
 /// A number nearer to an end of its range than this share of it went to the end: far above rounding, and far below any step of a fit that

@@ -1,6 +1,6 @@
 //! How far a fit goes.
 
-use super::hypothesis::Free;
+use super::free::Free;
 use nalgebra::{DMatrix, DVector};
 
 /// Steps along a narrow, curved valley are short: motor constants, mass and friction compensate each other.

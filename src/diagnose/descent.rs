@@ -2,7 +2,7 @@
 
 use super::bounded;
 use super::care::{Care, ROUGH_ITERATIONS};
-use super::hypothesis::Free;
+use super::free::Free;
 use super::objective::{Objective, Undescribed};
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector};
@@ -248,7 +248,7 @@ impl Model<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::hypothesis::tests::number;
+    use crate::diagnose::free::tests::number;
     use crate::effect::EffectId;
 
     /// On the floor of Rosenbrock's valley, r = (100·(y − x²), 1 − x), the undamped step ends far up its wall. Corrected once it ends in the

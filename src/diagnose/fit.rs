@@ -3,10 +3,12 @@
 pub use super::care::{Care, Sensitivities};
 use super::descent::{Arrived, descend};
 use super::experiment::Training;
+use super::free::{Free, Freedom};
 use super::half_pitch::halved;
-use super::hypothesis::{EffectSet, Free, Freedom, Hypothesis};
+use super::hypothesis::{EffectSet, Hypothesis};
 use super::noise::Floor;
 use super::objective::Objective;
+use super::parameter::NORMAL_975;
 use super::wald::shows;
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -91,6 +93,20 @@ impl Fit {
         let objective = Objective::new(machine, &self.hypothesis, training.runs(), floor);
         let size = objective.size(&objective.residuals(&values)?);
         Ok((size < self.size).then_some(values))
+    }
+
+    /// Whether it has a number that exists with its effect only (a period, a frequency, a place) outside the 95 % interval which both fits leave of
+    /// the difference: these numbers have many minima, and the other fit is in another one.
+    pub fn is_elsewhere(&self, other: &Self) -> bool {
+        let numbers = self.hypothesis.free.iter().zip(self.values.iter().zip(&self.standard_errors));
+        let searched = numbers.filter(|(free, _)| free.freedom == Freedom::Cause && free.neutral.is_nan());
+        let is_apart = |(free, (value, error)): (&Free, (&f64, &f64))| {
+            let place = other.hypothesis.free.iter().position(|own| own.path == free.path);
+            place.is_some_and(|k| {
+                (value - other.values[k]).abs() > NORMAL_975 * error.hypot(other.standard_errors[k])
+            })
+        };
+        searched.into_iter().any(is_apart)
     }
 
     /// Adds a covariance, in units of the numbers' scales, to that of its values.
@@ -342,6 +358,29 @@ fn blocks(objective: &Objective) -> Vec<Vec<std::ops::Range<usize>>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::free::tests::number;
+    use crate::diagnose::hypothesis::tests::hypothesis;
+
+    fn at(value: f64, neutral: f64, standard_error: f64) -> Fit {
+        Fit {
+            hypothesis: hypothesis(vec![Free { neutral, ..number(EffectId::Cogging, "period_m") }]),
+            values: vec![value],
+            size: 0.0,
+            standard_errors: vec![standard_error],
+            covariance: DMatrix::zeros(1, 1),
+            shown: EffectSet::new(),
+        }
+    }
+
+    /// A period is in another minimum where the 95 % interval of the difference, 1.96·√(3² + 4²) mm, leaves out zero; an amplitude never is.
+    #[test]
+    fn exact_a_period_is_in_another_minimum_beyond_the_interval_of_the_difference() {
+        let apart = |mm: f64, neutral: f64| {
+            at(0.036, neutral, 0.003).is_elsewhere(&at(0.036 + mm * 1e-3, neutral, 0.004))
+        };
+        assert!(!apart(9.7, f64::NAN) && apart(9.9, f64::NAN) && apart(-9.9, f64::NAN));
+        assert!(!apart(100.0, 0.0));
+    }
 
     /// Of two numbers in very different units each has its own variance; one that does nothing has none.
     #[test]

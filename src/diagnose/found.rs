@@ -272,8 +272,9 @@ pub(super) const DRAWS: usize = 200;
 pub(super) mod tests {
     use super::*;
     use crate::diagnose::fit::Fit;
-    use crate::diagnose::hypothesis::Free;
-    use crate::diagnose::hypothesis::tests::{hypothesis, number};
+    use crate::diagnose::free::Free;
+    use crate::diagnose::free::tests::number;
+    use crate::diagnose::hypothesis::tests::hypothesis;
     use crate::diagnose::predictive::Predictive;
 
     pub(in crate::diagnose) const COULOMB: EffectId = EffectId::CoulombFriction;

@@ -1,6 +1,7 @@
 //! A wave of which the second harmonic alone shows: one of half the pitch.
 
-use super::hypothesis::{Free, Hypothesis};
+use super::free::Free;
+use super::hypothesis::Hypothesis;
 use super::wald::shows;
 use crate::effect::EffectId;
 use nalgebra::DMatrix;
@@ -48,7 +49,8 @@ fn harmonics(hypothesis: &Hypothesis, effect: EffectId) -> Option<[[usize; 2]; 2
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::hypothesis::tests::{hypothesis, number};
+    use crate::diagnose::free::tests::number;
+    use crate::diagnose::hypothesis::tests::hypothesis;
 
     /// [`halved`] of a cogging whose amplitudes have a standard error of one, where the twin has this much of the sine already.
     fn of(values: [f64; 5], stated: f64) -> Option<Vec<f64>> {

@@ -1,6 +1,7 @@
 //! A hypothesis: which effects the twin lacks, and the numbers that a fit may choose.
 
 use super::estimate::{Further, is_cumulative};
+use super::free::{Free, Freedom, LogNormal};
 use super::proposals::{Proposals, Together};
 use crate::effect::{EffectId, Nominal, Parameter};
 use crate::error::Result;
@@ -11,86 +12,6 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// A set of effects that together might explain the gap; empty: the twin as it is.
 pub type EffectSet = BTreeSet<EffectId>;
-
-/// Why a number is free.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Freedom {
-    /// It belongs to an effect of the hypothesis.
-    Cause,
-    /// It is a stated constant, free inside its tolerance beside every hypothesis.
-    Calibration,
-}
-
-/// One number that a fit may choose.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Free {
-    /// Effect through which it acts.
-    pub effect: EffectId,
-    /// Parameter key for this kind of axis.
-    pub name: &'static str,
-    /// Unit for this kind of axis.
-    pub unit: &'static str,
-    /// TOML key path.
-    pub path: String,
-    /// Why it is free.
-    pub freedom: Freedom,
-    /// Value that leaves the twin as stated.
-    pub neutral: f64,
-    /// Range of the fit.
-    pub range: (f64, f64),
-    /// Step by which it is varied and compared: about what a fit should resolve coarsely.
-    pub scale: f64,
-    /// Whether fits leave it where each start puts it.
-    pub held: bool,
-    /// What machines have of a number of a cause; none where nothing is known of it.
-    pub prior: Option<LogNormal>,
-}
-
-/// A number whose logarithm is normal.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct LogNormal {
-    /// Its median.
-    pub median: f64,
-    /// Standard deviation of ln(value/median).
-    pub sd: f64,
-}
-
-impl LogNormal {
-    /// The one that has 95 % of its values between these two, which are more than zero.
-    fn between((low, high): (f64, f64)) -> Self {
-        Self { median: (low * high).sqrt(), sd: (high / low).ln() / (2.0 * TOLERANCE_SIGMAS) }
-    }
-}
-
-/// A tolerance, or half of where machines usually have the logarithm of a number, is so many standard deviations of what it is
-/// usually off by, where twins are fitted and where they are judged.
-pub(super) const TOLERANCE_SIGMAS: f64 = 2.0;
-
-impl Free {
-    /// How many standard deviations of its prior a number is off its median: the tolerance of a calibrated constant, what machines have
-    /// of a number of a cause; zero where nothing is known of that.
-    pub fn deviation(&self, value: f64) -> f64 {
-        match (self.freedom, self.prior) {
-            (Freedom::Calibration, _) => TOLERANCE_SIGMAS * (value - self.neutral) / self.scale,
-            (Freedom::Cause, Some(LogNormal { median, sd })) => (value / median).ln() / sd,
-            (Freedom::Cause, None) => 0.0,
-        }
-    }
-
-    /// Derivative of [`deviation`](Self::deviation) by the value in units of its scale.
-    fn deviation_per_scale(&self, value: f64) -> f64 {
-        match (self.freedom, self.prior) {
-            (Freedom::Calibration, _) => TOLERANCE_SIGMAS,
-            (Freedom::Cause, Some(LogNormal { sd, .. })) => self.scale / (value * sd),
-            (Freedom::Cause, None) => 0.0,
-        }
-    }
-
-    /// Whether it is a period or a frequency: searched among many, and nothing by itself.
-    pub fn is_line(&self) -> bool {
-        self.name.starts_with("period_") || self.name == "frequency_hz"
-    }
-}
 
 /// A hypothesis on a machine.
 #[derive(Debug, Clone)]
@@ -183,6 +104,14 @@ impl Hypothesis {
             self.starts.insert(self.building, start);
             self.building += 1;
             self.inherited += 1;
+        }
+    }
+
+    /// Takes over the first start of the same hypothesis that has other values of these effects, as one that replaces what was found.
+    pub fn replace(&mut self, other: Self, effects: &EffectSet) {
+        if let Some(start) = other.starts.into_iter().next().filter(|start| start.len() == self.free.len()) {
+            self.starts.push(start);
+            self.elsewhere.extend(effects.intersection(&self.effects));
         }
     }
 
@@ -435,22 +364,7 @@ fn forms(machine: &Machine, effects: &EffectSet) -> impl Iterator<Item = Free> {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-
-    /// A number of a cause, from −10 to 10, which leaves the twin as it is at zero.
-    pub(in crate::diagnose) fn number(effect: EffectId, name: &'static str) -> Free {
-        Free {
-            effect,
-            name,
-            unit: "N",
-            path: path(effect, name),
-            freedom: Freedom::Cause,
-            neutral: 0.0,
-            range: (-10.0, 10.0),
-            scale: 1.0,
-            held: false,
-            prior: None,
-        }
-    }
+    use crate::diagnose::free::tests::number;
 
     /// A hypothesis with these numbers.
     pub(in crate::diagnose) fn hypothesis(free: Vec<Free>) -> Hypothesis {
@@ -458,37 +372,19 @@ pub(super) mod tests {
         Hypothesis { effects, free, starts: vec![], building: 0, inherited: 0, elsewhere: EffectSet::new() }
     }
 
-    /// A width of ten times what machines have at most is 1 + 2·ln 10/ln 30 times as far off as that; one that a file states has no such prior.
+    /// A start from another minimum is descended from beside those that build on what is found, and the sensitivities there are not taken over
+    /// for the effects that both have.
     #[test]
-    fn exact_a_range_is_of_what_is_not_stated() {
-        let width = EffectId::LocalFriction.parameters()[2];
-        let range = |stated: f64| width.usual.and_then(|usual| usual.range(Motion::Prismatic, stated));
-        let of = |stated: f64| range(stated).map(LogNormal::between);
-        let free =
-            Free { neutral: f64::NAN, prior: of(f64::NAN), ..number(EffectId::LocalFriction, width.name) };
-        for (value, expected) in
-            [(0.150, 2.0), (0.005, -2.0), (1.5, 2.0 * (1.0 + 2.0 * 10.0_f64.ln() / 30.0_f64.ln()))]
-        {
-            assert!((free.deviation(value) - expected).abs() < 1e-12);
-        }
-        assert_eq!(of(0.3), None);
-    }
-
-    /// A force constant that is off by √3 is two standard deviations off, either way; the derivative is that of differences.
-    #[test]
-    fn exact_a_factor_is_off_by_its_logarithm() {
-        let parameter = EffectId::ForceConstant.parameters()[0];
-        let usual = parameter.usual.and_then(|usual| usual.range(Motion::Prismatic, 1.0));
-        let prior = usual.map(LogNormal::between);
-        let of_factor = number(EffectId::ForceConstant, parameter.name);
-        let free = Free { neutral: 1.0, range: (0.01, 100.0), scale: 0.1, prior, ..of_factor };
-        for (value, expected) in [(3.0_f64.sqrt(), 2.0), (1.0, 0.0), (3.0_f64.sqrt().recip(), -2.0)] {
-            assert!((free.deviation(value) - expected).abs() < 1e-12);
-            let step = 1e-6;
-            let slope = (free.deviation(value + step * free.scale)
-                - free.deviation(value - step * free.scale))
-                / (2.0 * step);
-            assert!((free.deviation_per_scale(value) - slope).abs() < 1e-6);
-        }
+    fn exact_another_minimum_is_a_start_of_its_own() {
+        let numbers = || vec![number(EffectId::Cogging, "period_m"), number(EffectId::Payload, "mass_kg")];
+        let begun = |period: f64| {
+            let mut begun = hypothesis(numbers());
+            (begun.starts, begun.building) = (vec![vec![period, 0.0]], 1);
+            begun
+        };
+        let mut own = begun(0.06);
+        own.replace(begun(0.036), &EffectSet::from([EffectId::Cogging, EffectId::AsymmetricFriction]));
+        assert_eq!((own.starts, own.building), (vec![vec![0.06, 0.0], vec![0.036, 0.0]], 1));
+        assert_eq!(own.elsewhere, EffectSet::from([EffectId::Cogging]));
     }
 }

@@ -1,7 +1,7 @@
 //! Practical identifiability: how well the data determine each parameter of the explanation, and which they determine only together.
 
 use super::fit::Fit;
-use super::hypothesis::{Free, Freedom};
+use super::free::{Free, Freedom};
 use super::parameter::NORMAL_975;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};

@@ -28,6 +28,7 @@ pub mod fit;
 mod floors;
 mod folds;
 pub mod found;
+mod free;
 pub mod grounds;
 mod half_pitch;
 pub mod harmonic;

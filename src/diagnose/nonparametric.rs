@@ -1,7 +1,7 @@
 //! What depends on place, whatever its course: estimated beside a fit without a law for it.
 
 use super::fit::{Fit, inverted};
-use super::hypothesis::Free;
+use super::free::Free;
 use super::objective::Objective;
 use super::score_test::ScoreTest;
 use super::wave_basis::{WAVES, WaveBasis, solvable};

@@ -3,7 +3,8 @@
 use super::care::Sensitivities;
 use super::estimate::relax::{Spectrum, is_same, refined, undoubled};
 use super::fit::Fit;
-use super::hypothesis::{Free, path, paths};
+use super::free::Free;
+use super::hypothesis::{path, paths};
 use super::nonparametric::{self, Nonparametric};
 use super::objective::Objective;
 use super::proposals::Together;

@@ -294,6 +294,13 @@ impl Search<'_> {
         for k in subsets {
             begun(Some(&found.candidates[k].fit)).into_iter().for_each(|other| hypothesis.inherit(other));
         }
+        // The chosen explanation may have the numbers of these effects in another minimum, which is the right one beside the new effect too.
+        let chosen = &found.candidates[found.chosen].fit;
+        if chosen.is_elsewhere(known) {
+            begun(Some(chosen))
+                .into_iter()
+                .for_each(|other| hypothesis.replace(other, &chosen.hypothesis.effects));
+        }
         Some(hypothesis)
     }
 

@@ -1,6 +1,6 @@
 //! Wald's test: whether an effect's parameters differ from the twin's beyond chance.
 
-use super::hypothesis::Free;
+use super::free::Free;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -52,11 +52,11 @@ pub(super) fn shows(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::hypothesis;
+    use crate::diagnose::free;
     use crate::effect::EffectId;
 
     fn number(name: &'static str, neutral: f64, held: bool) -> Free {
-        Free { neutral, held, ..hypothesis::tests::number(EffectId::Cogging, name) }
+        Free { neutral, held, ..free::tests::number(EffectId::Cogging, name) }
     }
 
     fn all(free: &[Free]) -> Vec<usize> {

@@ -58,8 +58,17 @@ struct Answer {
     force: StepForce,
     /// Its derivatives by the displacement, the level held.
     slopes: [f64; 2],
-    /// The bristles' own force at the end.
+    /// The bristles' own force at the end, and its derivative by the displacement.
     end: f64,
+    end_slope: f64,
+}
+
+impl Answer {
+    /// Force and bristles' force of a displacement that is larger by so little that the answer is straight.
+    fn at(self, step: f64) -> (StepForce, f64) {
+        let [mean, rise] = self.slopes.map(|slope| slope * step);
+        (self.force + StepForce { mean, rise }, self.end + self.end_slope * step)
+    }
 }
 
 impl Bristle {
@@ -97,26 +106,30 @@ impl Bristle {
         // Not `clamp`: a replay that has diverged to infinity must come out as such, not stop the program.
         let mut travel = coast.travel_under(StepForce::held(begun)).max(low).min(high);
         let precision = PRECISION * (high - low);
+        // Length of the Newton step that led here; 0 where none did.
+        let mut before = 0.0;
         for _ in 0..MOST_ITERATIONS {
-            let Answer { force, slopes: [mean_slope, rise_slope], .. } =
-                self.over(begun, travel, step_s, &sliding);
-            let excess = travel - coast.travel_under(force);
+            let answer = self.over(begun, travel, step_s, &sliding);
+            let [mean_slope, rise_slope] = answer.slopes;
+            let excess = travel - coast.travel_under(answer.force);
             if excess > 0.0 {
                 high = travel;
             } else {
                 low = travel;
             }
             let slope = 1.0 - response.compliance * mean_slope - response.rise_travel * rise_slope;
-            let newton = travel - excess / slope;
-            // Seen before the bracket is: the last steps of all end on its edge.
-            if (newton - travel).abs() <= precision {
-                travel = newton;
-                break;
+            let step = -excess / slope;
+            let newton = travel + step;
+            // On one side of the reversal, steps that shrink by a ratio leave no more than that share of the last one. Seen before the
+            // bracket is: the last steps of all end on its edge.
+            let is_smooth = travel * newton > 0.0;
+            if step.abs() <= precision || (is_smooth && step * step <= precision * before) {
+                return answer.at(step);
             }
-            travel = if newton > low && newton < high { newton } else { 0.5 * (low + high) };
+            let is_inside = newton > low && newton < high;
+            (travel, before) = if is_inside { (newton, step.abs()) } else { (0.5 * (low + high), 0.0) };
         }
-        let answer = self.over(begun, travel, step_s, &sliding);
-        (answer.force, answer.end)
+        self.over(begun, travel, step_s, &sliding).at(0.0)
     }
 
     /// Force over a displacement gone through at an even pace.
@@ -158,6 +171,7 @@ impl Bristle {
                 12.0 * offset * moment_slope * slope,
             ],
             end,
+            end_slope: -offset * left * slope,
         }
     }
 }

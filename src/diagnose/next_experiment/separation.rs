@@ -2,7 +2,7 @@
 
 use super::stage::Stage;
 use crate::diagnose::fit::Fit;
-use crate::diagnose::hypothesis::Freedom;
+use crate::diagnose::free::Freedom;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
