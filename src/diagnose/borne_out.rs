@@ -20,7 +20,8 @@ impl Search<'_> {
     /// Residuals of one fit do not tell what a law that is only nearly right puts into a small effect: it takes up what other laws leave,
     /// and another share of it in each run. An effect is borne out where an interval of its numbers, widened by the jackknife over
     /// the training runs ([`Folds`]), leaves out the twin's own value; of a wave, that of its amplitude. An effect without which
-    /// more is left than may stay open is proven by what it closes, and stays.
+    /// more is left than may stay open is proven by what it closes, and stays. So is one without which unseen runs are not predicted to their noise
+    /// any more: an explanation that leaves noise leaves nothing of other laws to be taken up.
     ///
     /// # Errors
     /// Whatever a replay refuses.
@@ -51,10 +52,21 @@ impl Search<'_> {
     /// The best of these sets of effects that leaves little.
     fn sufficient(&self, found: &mut Found, sets: &[EffectSet], before: &Score) -> Result<Option<usize>> {
         let indices = self.explored(found, sets)?;
-        let noise_is_measured = self.floors.common.is_measured();
+        let measured = self.floors.common.is_measured();
         let sufficient: Vec<usize> =
-            indices.into_iter().filter(|&k| found.is_sufficient(k, before, noise_is_measured)).collect();
+            indices.into_iter().filter(|&k| found.may_be_the_rest(k, before, measured)).collect();
         Ok(found.best_of(&sufficient))
+    }
+}
+
+impl Found {
+    /// Whether a candidate leaves so little that what the chosen explanation has more may be taken out of it.
+    fn may_be_the_rest(&self, index: usize, before: &Score, noise_is_measured: bool) -> bool {
+        if self.is_adequate(self.chosen) {
+            self.leaves_nothing_to_name(index, before, noise_is_measured)
+        } else {
+            self.is_sufficient(index, before, noise_is_measured)
+        }
     }
 }
 
@@ -79,7 +91,7 @@ fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::diagnose::found::tests::{COULOMB, candidate};
+    use crate::diagnose::found::tests::{COULOMB, candidate, found};
     use crate::diagnose::free::Free;
     use nalgebra::{DMatrix, DVector};
 
@@ -95,6 +107,20 @@ mod tests {
         assert!(!is_borne_out(&fit, &folds(&[0.2, 1.0, 1.8]), COULOMB));
         // Two runs have no scatter to speak of: the interval of the fit holds.
         assert!(is_borne_out(&fit, &folds(&[0.2, 1.8]), COULOMB));
+    }
+
+    /// Of 10⁸, what leaves 20² is little. Beside an explanation that leaves noise it is not enough, and 2² is; beside one that leaves 15² it is.
+    #[test]
+    fn exact_what_takes_the_rest_to_its_noise_stays() {
+        let may_be = |own: f64, rest: f64| {
+            let all = vec![
+                candidate(&[], 0.0, 1e8),
+                candidate(&[COULOMB], 1.0, rest * rest),
+                candidate(&[COULOMB, EffectId::Backlash], 1.0, own * own),
+            ];
+            found(all, 2).may_be_the_rest(1, &Score::even(1e8), true)
+        };
+        assert!(!may_be(1.0, 20.0) && may_be(1.0, 2.0) && may_be(15.0, 20.0));
     }
 
     /// A wave whose first harmonic is uncertain is borne out by its second one.
