@@ -68,10 +68,10 @@ impl Candidate {
     }
 
     /// Whether it has a line of the noise among its effects: a period or a frequency was searched, and what was found there
-    /// does not show. It is the explanation without that effect, once more.
+    /// does not show. It is the explanation without that effect, once more. A period that the twin states was not searched.
     pub(super) fn has_noise_line(&self) -> bool {
-        let free = &self.fit.hypothesis.free;
-        free.iter().any(|free| free.is_line() && !self.fit.shown.contains(&free.effect))
+        let searched = self.fit.hypothesis.free.iter().filter(|free| free.freedom == Freedom::Cause);
+        searched.into_iter().any(|free| free.is_line() && !self.fit.shown.contains(&free.effect))
     }
 }
 

@@ -47,7 +47,10 @@ pub(super) fn posterior(found: &Found, before: &Score) -> Vec<f64> {
 mod tests {
     use super::*;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
+    use crate::diagnose::free::tests::number;
+    use crate::diagnose::free::{Free, Freedom};
     use crate::diagnose::hypothesis::EffectSet;
+    use crate::effect::EffectId;
 
     /// An explanation with a number at its bound has no share beside one that predicts as well with all numbers inside, and has one where it predicts
     /// better than all of these.
@@ -65,6 +68,26 @@ mod tests {
         // Play beside the friction that leaves no more than noise is a detail: it counts for the friction.
         assert_eq!(shares(1.1)[2..], [0.0; 2]);
         assert!(shares(1.1)[1] > 0.99 && shares(1.05)[2] > 0.99);
+    }
+
+    /// A twin that states a cogging has its pitch among the calibrated constants of every explanation; the probabilities are those without it.
+    #[test]
+    fn exact_a_stated_pitch_is_no_line_of_the_noise() {
+        let shares = |states_pitch: bool| {
+            let mut all = vec![
+                candidate(&[], 0.0, 4.0),
+                candidate(&[COULOMB], 1.0, 3.0),
+                candidate(&[BACKLASH], 1.0, 3.01),
+            ];
+            let pitch = Free { freedom: Freedom::Calibration, ..number(EffectId::Cogging, "period_m") };
+            for candidate in all.iter_mut().filter(|_| states_pitch) {
+                candidate.fit.hypothesis.free.push(pitch.clone());
+                candidate.fit.values.push(pitch.neutral);
+            }
+            posterior(&found(all, 1), &Score::even(1e4))
+        };
+        assert_eq!(shares(true), shares(false));
+        assert!((shares(true).iter().sum::<f64>() - 1.0).abs() < 1e-12);
     }
 
     /// Of two that predict alike, a change of what the twin has is likelier than something new.

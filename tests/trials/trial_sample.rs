@@ -10,8 +10,8 @@ use tempfile::TempDir;
 
 /// Cases of each tier. The variable SLIDEWAY_TRIAL_CASES asks for more of them.
 const CASES: usize = 1;
-/// A development seed of its own.
-const SEED: u64 = 352;
+/// A development seed of its own; its two cases take seconds. More of them are what `slideway trial` is for.
+const SEED: u64 = 362;
 
 /// No wrong name is given with confidence, and every recording that can be held out from is answered.
 #[test]
