@@ -109,7 +109,8 @@ impl Hypothesis {
 
     /// Takes over the first start of the same hypothesis that has other values of these effects, as one that replaces what was found.
     pub fn replace(&mut self, other: Self, effects: &EffectSet) {
-        if let Some(start) = other.starts.into_iter().next().filter(|start| start.len() == self.free.len()) {
+        let is_new = |start: &Vec<f64>| start.len() == self.free.len() && !self.starts.contains(start);
+        if let Some(start) = other.starts.into_iter().next().filter(is_new) {
             self.starts.push(start);
             self.elsewhere.extend(effects.intersection(&self.effects));
         }
