@@ -54,14 +54,14 @@ impl Search<'_> {
         let indices = self.explored(found, sets)?;
         let measured = self.floors.common.is_measured();
         let sufficient: Vec<usize> =
-            indices.into_iter().filter(|&k| found.may_be_the_rest(k, before, measured)).collect();
+            indices.into_iter().filter(|&k| found.suffices(k, before, measured)).collect();
         Ok(found.best_of(&sufficient))
     }
 }
 
 impl Found {
-    /// Whether a candidate leaves so little that what the chosen explanation has more may be taken out of it.
-    fn may_be_the_rest(&self, index: usize, before: &Score, noise_is_measured: bool) -> bool {
+    /// Whether a candidate leaves so little that the further effects of the chosen explanation may be taken out.
+    fn suffices(&self, index: usize, before: &Score, noise_is_measured: bool) -> bool {
         if self.is_adequate(self.chosen) {
             self.leaves_nothing_to_name(index, before, noise_is_measured)
         } else {
@@ -118,7 +118,7 @@ mod tests {
                 candidate(&[COULOMB], 1.0, rest * rest),
                 candidate(&[COULOMB, EffectId::Backlash], 1.0, own * own),
             ];
-            found(all, 2).may_be_the_rest(1, &Score::even(1e8), true)
+            found(all, 2).suffices(1, &Score::even(1e8), true)
         };
         assert!(!may_be(1.0, 20.0) && may_be(1.0, 2.0) && may_be(15.0, 20.0));
     }

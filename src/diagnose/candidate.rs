@@ -70,8 +70,9 @@ impl Candidate {
     /// Whether it has a line of the noise among its effects: a period or a frequency was searched, and what was found there
     /// does not show. It is the explanation without that effect, once more. A period that the twin states was not searched.
     pub(super) fn has_noise_line(&self) -> bool {
-        let searched = self.fit.hypothesis.free.iter().filter(|free| free.freedom == Freedom::Cause);
-        searched.into_iter().any(|free| free.is_line() && !self.fit.shown.contains(&free.effect))
+        let is_searched = |free: &Free| free.freedom == Freedom::Cause && free.is_line();
+        let mut free = self.fit.hypothesis.free.iter();
+        free.any(|free| is_searched(free) && !self.fit.shown.contains(&free.effect))
     }
 }
 

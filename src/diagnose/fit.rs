@@ -98,15 +98,15 @@ impl Fit {
     /// Whether it has a number that exists with its effect only (a period, a frequency, a place) outside the 95 % interval which both fits leave of
     /// the difference: these numbers have many minima, and the other fit is in another one.
     pub fn is_elsewhere(&self, other: &Self) -> bool {
-        let numbers = self.hypothesis.free.iter().zip(self.values.iter().zip(&self.standard_errors));
-        let searched = numbers.filter(|(free, _)| free.freedom == Freedom::Cause && free.neutral.is_nan());
-        let is_apart = |(free, (value, error)): (&Free, (&f64, &f64))| {
-            let place = other.hypothesis.free.iter().position(|own| own.path == free.path);
-            place.is_some_and(|k| {
-                (value - other.values[k]).abs() > NORMAL_975 * error.hypot(other.standard_errors[k])
-            })
+        let value = |of: &Self, free: &Free| of.hypothesis.value(&free.path, &of.values);
+        let error = |of: &Self, free: &Free| of.hypothesis.value(&free.path, &of.standard_errors);
+        let pair = |of: &Self, free: &Free| value(of, free).zip(error(of, free));
+        let is_apart = |free: &Free| {
+            let both = pair(self, free).zip(pair(other, free));
+            both.is_some_and(|((own, e), (others, f))| (own - others).abs() > NORMAL_975 * e.hypot(f))
         };
-        searched.into_iter().any(is_apart)
+        let is_searched = |free: &Free| free.freedom == Freedom::Cause && free.neutral.is_nan();
+        self.hypothesis.free.iter().any(|free| is_searched(free) && is_apart(free))
     }
 
     /// Adds a covariance, in units of the numbers' scales, to that of its values.

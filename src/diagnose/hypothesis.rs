@@ -99,21 +99,24 @@ impl Hypothesis {
 
     /// Takes over the first start of the same hypothesis that builds on another fit, where it has the same numbers and is not there yet.
     pub fn inherit(&mut self, other: Self) {
-        let is_new = |start: &Vec<f64>| start.len() == self.free.len() && !self.starts.contains(start);
-        if let Some(start) = other.starts.into_iter().next().filter(is_new) {
+        if let Some(start) = self.new_start(other) {
             self.starts.insert(self.building, start);
             self.building += 1;
             self.inherited += 1;
         }
     }
 
-    /// Takes over the first start of the same hypothesis that has other values of these effects, as one that replaces what was found.
+    /// Takes over such a start with other values of these effects, as one that replaces what was found.
     pub fn replace(&mut self, other: Self, effects: &EffectSet) {
-        let is_new = |start: &Vec<f64>| start.len() == self.free.len() && !self.starts.contains(start);
-        if let Some(start) = other.starts.into_iter().next().filter(is_new) {
+        if let Some(start) = self.new_start(other) {
             self.starts.push(start);
             self.elsewhere.extend(effects.intersection(&self.effects));
         }
+    }
+
+    fn new_start(&self, other: Self) -> Option<Vec<f64>> {
+        let first = other.starts.into_iter().next();
+        first.filter(|start| start.len() == self.free.len() && !self.starts.contains(start))
     }
 
     /// Negative logarithm of the numbers' prior beside its largest value: half the sum of the squares of their deviations in standard deviations.

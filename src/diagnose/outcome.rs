@@ -54,7 +54,9 @@ impl Found {
     pub(super) fn probability(&self, effects: &EffectSet) -> f64 {
         let pairs = self.candidates.iter().zip(&self.posterior);
         let having = pairs.filter(|(candidate, _)| candidate.effects().is_superset(effects));
-        having.map(|(_, probability)| probability).sum::<f64>().min(1.0)
+        let sum: f64 = having.map(|(_, probability)| probability).sum();
+        // Not `min`: it would make certainty of what is not a number.
+        if sum > 1.0 { 1.0 } else { sum }
     }
 
     /// Those of the chosen effects that act with the probability that decides, whatever acts beside them; none where that is all of them

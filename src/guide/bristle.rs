@@ -247,6 +247,31 @@ mod tests {
         }
     }
 
+    /// The force is that of the displacement which it leaves, whatever the level depends on and wherever the step goes.
+    #[test]
+    fn exact_force_and_displacement_belong_together() {
+        let step = 250e-6;
+        let levels: [fn(f64, f64) -> f64; 2] =
+            [|_, _| 8.0, |direction, speed| 8.0 + direction + 4.0 * (-(speed / 0.004).powi(2)).exp()];
+        for (stiffness, damping, level) in [1e5, 1e7, 1e9]
+            .into_iter()
+            .flat_map(|k| [0.0, 1e4].map(|d| (k, d)))
+            .flat_map(|(k, d)| levels.map(|l| (k, d, l)))
+        {
+            let bristle = Bristle { stiffness, damping, fading_factor: 1.0, fading_exponent: GAUSSIAN };
+            for velocity in [0.0, 1e-7, -1e-5, 1e-3, -0.003, 0.1] {
+                for begun in [-9.0, -2.0, 0.0, 5.0, 7.0] {
+                    let sliding = Sliding { level, drag: 20.0 };
+                    let coast = Coast::of_mass(50.0, velocity, step);
+                    let (force, end) = bristle.step(begun, coast, step, sliding);
+                    let answer = bristle.over(begun, coast.travel_under(force), step, &sliding);
+                    let off = (force.mean - answer.force.mean).abs() + (end - answer.end).abs();
+                    assert!(off < 1e-7, "{stiffness} {damping} {velocity} {begun}: {off}");
+                }
+            }
+        }
+    }
+
     /// A push below the friction force deflects the bristles by an amount that holds it: the axis stops.
     #[test]
     fn exact_a_small_push_is_held() {
