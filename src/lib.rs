@@ -30,7 +30,7 @@
 //!  machine ──► trial           the diagnosis checked on machines whose effect is withheld
 //! ```
 //!
-//! Modules import in one direction: [`error`], [`confine`], [`whole`], [`units`], [`recording`], [`identify`], [`solid`],
+//! Modules import in one direction: [`error`], [`confine`], [`whole`], [`units`], [`elementary`], [`recording`], [`identify`], [`solid`],
 //! [`controller`], [`drive`], [`sensor`], [`base`], [`guide`], [`effect`], [`machine`], [`init`], [`plant`], [`twin`],
 //! [`replay`], [`tune`], [`diagnose`], [`trial`], [`report`], then the command line, which belongs to the binary.
 //!
@@ -63,6 +63,7 @@ pub mod controller;
 pub mod diagnose;
 pub mod drive;
 pub mod effect;
+pub mod elementary;
 pub mod error;
 pub mod guide;
 pub mod identify;

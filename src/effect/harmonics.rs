@@ -1,7 +1,7 @@
 //! Harmonics of a pitch: what cogging and force ripple have in common.
 
 use super::law::{FormNumber, Parameter};
-use std::f64::consts::TAU;
+use crate::elementary::of_turns;
 
 /// A third or fourth harmonic is this share of the first one at most, inside the tolerance: two standard deviations. Finite-element and measured spectra
 /// of linear motors have a few per cent.
@@ -24,7 +24,7 @@ pub(super) fn wave(
     higher: [f64; 4],
     position: f64,
 ) -> f64 {
-    let (s, c) = (TAU * position / period).sin_cos();
+    let [s, c] = of_turns(position / period);
     let (double_s, double_c) = (2.0 * s * c, 1.0 - 2.0 * s * s);
     let law = sine * s + cosine * c + sine_2 * double_s + cosine_2 * double_c;
     if higher == [0.0; 4] {
@@ -33,12 +33,13 @@ pub(super) fn wave(
     let [sine_3, cosine_3, sine_4, cosine_4] = higher;
     let third = sine_3 * (double_s * c + double_c * s) + cosine_3 * (double_c * c - double_s * s);
     let fourth = sine_4 * 2.0 * double_s * double_c + cosine_4 * (1.0 - 2.0 * double_s * double_s);
-    law + sine.hypot(cosine) * (third + fourth)
+    law + (sine * sine + cosine * cosine).sqrt() * (third + fourth)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::f64::consts::TAU;
 
     /// The sum of the harmonics, each by its own sine and cosine.
     #[test]

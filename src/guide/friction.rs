@@ -1,7 +1,7 @@
 //! Dry friction of the guide: one law of named features.
 
-use super::Bristle;
-use std::f64::consts::TAU;
+use super::{Bristle, Level};
+use crate::elementary::{decay, of_turns};
 
 /// What the guide opposes to motion beside its mean viscous drag, as one law.
 ///
@@ -61,7 +61,7 @@ impl Stribeck {
     #[inline]
     fn excess(&self, speed: f64) -> f64 {
         let ratio = speed / self.velocity;
-        (self.peak_ratio - 1.0) * (-ratio * ratio).exp()
+        (self.peak_ratio - 1.0) * decay(ratio * ratio)[0]
     }
 }
 
@@ -86,7 +86,7 @@ impl Local {
     /// b(u).
     #[inline]
     pub fn shape(u: f64) -> f64 {
-        if u.abs() < 0.5 { 0.5 * (1.0 + (TAU * u).cos()) } else { 0.0 }
+        if u.abs() < 0.5 { 0.5 * (1.0 + of_turns(u)[1]) } else { 0.0 }
     }
 }
 
@@ -133,6 +133,27 @@ impl DryFriction {
             None => level,
             Some(stribeck) => level + (self.coulomb + loaded) * stribeck.excess(speed),
         }
+    }
+
+    /// The level over one step that begins at this position and time of the session, with the part of the load in the positive and the
+    /// negative direction.
+    #[inline]
+    pub fn level_over(&self, [forward, backward]: [f64; 2], place_and_time: Option<[f64; 2]>) -> Level {
+        let base = [
+            self.coulomb * (1.0 + self.asymmetry) + forward,
+            self.coulomb * (1.0 - self.asymmetry) + backward,
+        ];
+        let (peak, velocity) = match &self.stribeck {
+            None => ([0.0; 2], f64::INFINITY),
+            Some(Stribeck { peak_ratio, velocity }) => {
+                ([forward, backward].map(|loaded| (self.coulomb + loaded) * (peak_ratio - 1.0)), *velocity)
+            }
+        };
+        let (factor, local) = place_and_time.map_or((1.0, 0.0), |[position, time_s]| {
+            let factor = (1.0 + self.drift_per_s * time_s).max(0.0);
+            (factor, self.local.map_or(0.0, |local| local.at(position)))
+        });
+        Level { base, peak, velocity, factor, local }
     }
 
     /// b·c in N·s/m or N·m·s/rad, of the mean coefficient `viscous`: drag that the positive direction has more than the mean.

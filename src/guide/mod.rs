@@ -1,12 +1,16 @@
 //! The guide: what the moving part slides or turns on, and how it sticks and slips.
 
 mod bristle;
+mod deflection;
 mod friction;
+mod level;
 mod step;
 pub mod stick_slip;
 
-pub use bristle::{Bristle, GAUSSIAN, Sliding};
+pub use bristle::{Bristle, Sliding};
+pub use deflection::{Deflection, Deflections, GAUSSIAN};
 pub use friction::{DryFriction, Local, Stribeck};
+pub use level::Level;
 pub use step::{Coast, GAUSS, Response, StepForce};
 
 use serde::{Deserialize, Serialize};

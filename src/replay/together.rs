@@ -4,7 +4,7 @@ use crate::plant::axis::{Axis, LANES};
 use crate::twin::{Batch, Command, Driven, Sample, Twin};
 
 /// A pass costs as much as so many twins by themselves, however few it has.
-const LEAST_LANES: usize = 4;
+const LEAST_LANES: usize = 3;
 
 /// Walks twins on the reduced axis through a run, [`LANES`] of them in one pass where they fit into one, else one by one.
 ///

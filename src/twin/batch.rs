@@ -1,9 +1,10 @@
 //! Several parameter sets of one machine in one pass.
 
 use super::front::{Entry, Front};
-use super::path::Path;
+use super::laws::Resistance;
+use super::path::{Acting, Path};
 use super::{Command, Sample, Twin};
-use crate::guide::StepForce;
+use crate::guide::{Deflections, StepForce};
 use crate::plant::Drive;
 use crate::plant::axis::{Axis, Friction, LANES, Lane, Lanes};
 
@@ -31,6 +32,8 @@ pub struct Batch {
     front: Option<Front>,
     /// Dry friction of each direction, where nothing else acts on the guides.
     friction: Option<Friction>,
+    /// Bristles of the guides, axis by axis.
+    bristles: Deflections<LANES>,
 }
 
 impl Batch {
@@ -56,7 +59,7 @@ impl Batch {
         }
         let front = if driven == Driven::ByControllers { front(&paths) } else { None };
         let friction = constant_friction(&paths);
-        Ok(Self { paths, axes, driven, front, friction })
+        Ok(Self { paths, axes, driven, front, friction, bristles: Deflections::default() })
     }
 
     /// Number of twins.
@@ -139,12 +142,31 @@ impl Batch {
             }
         };
         let mut forces = found.map(|force| force.unwrap_or(StepForce::ZERO));
+        let mut waiting: [Option<Acting>; LANES] = [None; LANES];
         let unknown = |(lane, _): &(usize, &mut Path)| found[*lane].is_none();
         for (lane, path) in self.paths.iter_mut().enumerate().filter(unknown) {
             let drive: Drive = path.drive(step, [now[lane], earlier[lane]], thrust(lane));
             let (coast, position) = (self.axes.coast(lane), self.axes.position(lane));
-            let [motor, guide] = path.forces(drive, coast, position, || None);
-            forces[lane] = motor + guide;
+            match path.act(drive, coast, position, || None) {
+                (acting, Resistance::Bristles(deflection)) => {
+                    self.bristles.set(lane, &deflection);
+                    waiting[lane] = Some(acting);
+                }
+                (acting, Resistance::Known(friction)) => {
+                    let [motor, guide] = path.end(&acting, (friction, path.bristle_force()));
+                    forces[lane] = motor + guide;
+                    self.bristles.clear(lane);
+                }
+            }
+        }
+        if waiting.iter().any(Option::is_some) {
+            self.bristles.solve_together(self.axes.arch());
+        }
+        for (lane, path) in self.paths.iter_mut().enumerate() {
+            if let Some(acting) = &waiting[lane] {
+                let [motor, guide] = path.end(acting, self.bristles.answer(lane));
+                forces[lane] = motor + guide;
+            }
         }
         self.axes.advance(&forces);
     }

@@ -3,7 +3,7 @@
 use crate::drive::motor::Circuit;
 use crate::effect::{Door, Effect, motor_factor};
 use crate::guide::stick_slip::friction;
-use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepForce};
+use crate::guide::{Coast, Deflection, DryFriction, GAUSS, Sliding, StepForce};
 use crate::machine::Machine;
 use crate::plant::LoadFriction;
 use crate::sensor::End;
@@ -48,6 +48,26 @@ pub(super) struct Laws {
     /// R/L of the winding in 1/s; 0 where there is none.
     winding_rate_per_s: f64,
     loaded: Option<LoadFriction>,
+}
+
+/// Dry friction over a step: known, or that of bristles whose displacement is to be found.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Resistance {
+    /// The friction; the bristles' force stays as it is.
+    Known(StepForce),
+    /// The equation for the displacement.
+    Bristles(Deflection),
+}
+
+impl Resistance {
+    /// The friction, and the bristles' force at the end of the step, which was `bristle_force` at its beginning.
+    #[inline]
+    pub fn resolved(&self, bristle_force: f64) -> (StepForce, f64) {
+        match self {
+            Self::Known(force) => (*force, bristle_force),
+            Self::Bristles(deflection) => deflection.solve(),
+        }
+    }
 }
 
 /// Forces along the joint where a replay begins, in N or N·m, positive in the joint's positive direction.
@@ -167,11 +187,15 @@ impl Laws {
         &self,
         coast: Coast,
         here: Here,
-        bristle_force: &mut f64,
-        levels: impl FnMut(&LoadFriction) -> [f64; 2],
-    ) -> [StepForce; 2] {
+        bristle_force: f64,
+        mut levels: impl FnMut(&LoadFriction) -> [f64; 2],
+    ) -> (StepForce, Resistance) {
         match &self.weight {
-            None => [StepForce::ZERO, self.friction(coast, here, bristle_force, levels)],
+            None => (StepForce::ZERO, self.friction(coast, here, bristle_force, &mut levels)),
+            Some(weight) if weight.is_constant() => {
+                let pull = StepForce::held(weight.effort(here.position));
+                (pull, self.friction(coast.under(pull), here, bristle_force, &mut levels))
+            }
             Some(weight) => self.under_weight(weight, coast, here, bristle_force, levels),
         }
     }
@@ -183,94 +207,57 @@ impl Laws {
         weight: &Weight,
         coast: Coast,
         here: Here,
-        bristle_force: &mut f64,
+        bristle_force: f64,
         mut levels: impl FnMut(&LoadFriction) -> [f64; 2],
-    ) -> [StepForce; 2] {
-        let Here { position, step_s, .. } = here;
-        let begun = *bristle_force;
-        let mut answer = |pull: StepForce| {
-            *bristle_force = begun;
-            [pull, self.friction(coast.under(pull), here, bristle_force, &mut levels)]
-        };
-        if weight.is_constant() {
-            return answer(StepForce::held(weight.effort(position)));
-        }
-        let near = weight.near(position);
-        let pull = |coast: Coast| coast.force_over(0.0, step_s, near);
-        let [first, held] = answer(pull(coast));
+    ) -> (StepForce, Resistance) {
+        let near = weight.near(here.position);
+        let pull = |coast: Coast| coast.force_over(0.0, here.step_s, near);
+        let mut answer =
+            |pull: StepForce| (pull, self.friction(coast.under(pull), here, bristle_force, &mut levels));
+        let (first, resistance) = answer(pull(coast));
+        let (held, _) = resistance.resolved(bristle_force);
         answer(pull(coast.under(first + held)))
     }
 
-    /// Dry friction of the guide over a step, from the bristles' force at its beginning, which goes on to its end.
+    /// Dry friction of the guide over a step, from the bristles' force at its beginning.
     ///
-    /// `levels` gives those of friction in proportion to a load, asked for only where there is such friction.
+    /// `levels` gives those of friction in proportion to a load, asked for only where there is such friction. A level that depends on place or time is
+    /// taken in the middle of the step.
     #[inline]
     pub fn friction(
         &self,
         coast: Coast,
         here: Here,
-        bristle_force: &mut f64,
+        bristle_force: f64,
         mut levels: impl FnMut(&LoadFriction) -> [f64; 2],
-    ) -> StepForce {
-        let step_s = here.step_s;
-        let loaded = self.loaded.as_ref().map_or([0.0; 2], &mut levels);
-        if self.dry.has_place_or_time() {
-            return self.friction_here(coast, here, bristle_force, loaded);
-        }
-        let at_rest = |direction: f64| self.dry.level_under(of_direction(loaded, direction), direction, 0.0);
-        let constant = if self.loaded.is_some() { [1.0, -1.0].map(at_rest) } else { self.constant };
-        if constant == [0.0; 2] && self.drag == 0.0 {
-            return StepForce::ZERO;
-        }
-        if self.varies() || (self.dry.bristle.is_some() && constant != [0.0; 2]) {
-            let level = |direction: f64, speed: f64| {
-                self.dry.level_under(of_direction(loaded, direction), direction, speed)
-            };
-            return self.slide(coast, step_s, bristle_force, level, constant);
-        }
-        friction(coast, step_s, |direction, _| of_direction(constant, direction))
-    }
-
-    /// The same where the level depends on place or time, taken in the middle of the step.
-    #[inline(never)]
-    fn friction_here(
-        &self,
-        coast: Coast,
-        here: Here,
-        bristle_force: &mut f64,
-        loaded: [f64; 2],
-    ) -> StepForce {
+    ) -> Resistance {
         let Here { position, step_s, clock_s } = here;
-        let (place, time_s) = (position + 0.5 * coast.free_travel, clock_s + 0.5 * step_s);
-        let level = |direction: f64, speed: f64| {
-            let level = self.dry.level_under(of_direction(loaded, direction), direction, speed);
-            self.dry.level_at(level, place, time_s)
-        };
-        let at_rest = [1.0, -1.0].map(|direction| level(direction, 0.0));
-        self.slide(coast, step_s, bristle_force, level, at_rest)
-    }
-
-    /// Friction of a level by direction and speed over a step: behind the bristles, where there are any and something to deflect
-    /// them.
-    #[inline]
-    fn slide(
-        &self,
-        coast: Coast,
-        step_s: f64,
-        bristle_force: &mut f64,
-        level: impl Fn(f64, f64) -> f64,
-        at_rest: [f64; 2],
-    ) -> StepForce {
+        let varies = self.varies();
+        let loaded = self.loaded.as_ref().map_or([0.0; 2], &mut levels);
+        let has_place_or_time = self.dry.has_place_or_time();
+        if self.loaded.is_none() && !has_place_or_time && self.dry.bristle.is_none() && !varies {
+            if self.constant == [0.0; 2] {
+                return Resistance::Known(StepForce::ZERO);
+            }
+            let level = |direction, _| of_direction(self.constant, direction);
+            return Resistance::Known(friction(coast, step_s, level));
+        }
+        let middle = [position + 0.5 * coast.free_travel, clock_s + 0.5 * step_s];
+        let level = self.dry.level_over(loaded, has_place_or_time.then_some(middle));
+        let at_rest = level.at_rest();
+        let drag = self.drag;
         match &self.dry.bristle {
             Some(bristle) if at_rest != [0.0; 2] => {
-                let (force, end) =
-                    bristle.step(*bristle_force, coast, step_s, Sliding { level, drag: self.drag });
-                *bristle_force = end;
-                force
+                let sliding = Sliding { level, drag };
+                Resistance::Bristles(bristle.deflection(bristle_force, coast, step_s, sliding))
             }
-            _ => friction(coast, step_s, |direction, speed| {
-                level(direction, speed) + direction * self.drag * speed
-            }),
+            _ if at_rest == [0.0; 2] && drag == 0.0 => Resistance::Known(StepForce::ZERO),
+            _ if self.dry.varies() => Resistance::Known(friction(coast, step_s, |direction, speed| {
+                level.at(direction, speed) + direction * drag * speed
+            })),
+            _ => Resistance::Known(friction(coast, step_s, |direction, speed| {
+                of_direction(at_rest, direction) + direction * drag * speed
+            })),
         }
     }
 

@@ -1,7 +1,7 @@
 //! The signal path around a plant: sensors, controller, amplifier, and the laws that act beside them.
 
 use super::front::{Entry, Numbers};
-use super::laws::{Here, InitialForces, Laws, MOST_INVERSIONS};
+use super::laws::{Here, InitialForces, Laws, MOST_INVERSIONS, Resistance};
 use super::{Command, Sample, Sensing};
 use crate::controller::{Controller, EffortLimit, Filters, Gains, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
@@ -44,6 +44,16 @@ pub(super) struct Path {
     step_s: f64,
     moving: Moving,
     noise: Option<StdRng>,
+}
+
+/// What acts over one step beside the motor's own force and dry friction.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Acting {
+    push: StepForce,
+    change: StepForce,
+    /// Mean of the motor's force.
+    motor: f64,
+    weight: StepForce,
 }
 
 /// What moves beside the plant.
@@ -348,8 +358,21 @@ impl Path {
         drive: Drive,
         coast: Coast,
         position: f64,
-        mut loads: impl FnMut() -> Option<[f64; 4]>,
+        loads: impl FnMut() -> Option<[f64; 4]>,
     ) -> [StepForce; 2] {
+        let (acting, resistance) = self.act(drive, coast, position, loads);
+        self.end(&acting, resistance.resolved(self.moving.bristle))
+    }
+
+    /// What acts over the step that was looked at, and the dry friction, that of bristles still to be found.
+    #[inline]
+    pub fn act(
+        &mut self,
+        drive: Drive,
+        coast: Coast,
+        position: f64,
+        mut loads: impl FnMut() -> Option<[f64; 4]>,
+    ) -> (Acting, Resistance) {
         let [begin_n, end_n] = coast.motor_force;
         let here = Here { position, step_s: self.step_s, clock_s: self.moving.clock_s };
         self.moving.clock_s += self.step_s;
@@ -368,10 +391,22 @@ impl Path {
             Load::Transmitted(_) => of.levels(None, [motor, before[1]], position),
         };
         let coast = coast.under(change + push);
-        let [weight, friction] = self.laws.weight_and_friction(coast, here, &mut self.moving.bristle, levels);
-        let guide = push + friction;
-        self.moving.forces = [motor, guide.mean];
-        [change, guide + weight]
+        let (weight, resistance) = self.laws.weight_and_friction(coast, here, self.moving.bristle, levels);
+        (Acting { push, change, motor, weight }, resistance)
+    }
+
+    /// The forces of [`forces`](Self::forces), once the friction is found and the bristles' force at the end.
+    #[inline]
+    pub fn end(&mut self, acting: &Acting, (friction, bristle_force): (StepForce, f64)) -> [StepForce; 2] {
+        let guide = acting.push + friction;
+        self.moving.bristle = bristle_force;
+        self.moving.forces = [acting.motor, guide.mean];
+        [acting.change, guide + acting.weight]
+    }
+
+    /// Force in the bristles, N or N·m.
+    pub fn bristle_force(&self) -> f64 {
+        self.moving.bristle
     }
 
     #[inline]
