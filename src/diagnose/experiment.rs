@@ -1,11 +1,12 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
 use super::run_setting::RunSettings;
-use super::{measured, phase};
+use super::{measured, phase, play};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::plant::axis::Axis;
 use crate::recording::{HeldOutRuns, Run, Signal, TrainingRuns};
+use crate::replay::recorded::shakes;
 use crate::replay::windows::{Input, Windowed};
 use crate::replay::{Recorded, Traces};
 use crate::twin::Sensing;
@@ -239,7 +240,11 @@ impl Experiment {
 
     fn machines(&self, machines: &[Machine]) -> Result<Vec<Machine>> {
         let set: Vec<Machine> = machines.iter().map(|m| self.settings.machine(m)).collect::<Result<_>>()?;
-        phase::suited(&self.run, &self.signals, set, |machines| self.replay_together(machines))
+        let replay = |machines: &[Machine]| self.replay_together(machines);
+        // A second sensor shows what the play does up to its own zero.
+        let is_unseen = self.second_sensor.is_none();
+        let set = if is_unseen { play::suited(&self.run, &self.signals, set, replay)? } else { set };
+        phase::suited(&self.run, &self.signals, set, replay)
     }
 
     /// Replays of machines as they were set in this run.
@@ -279,15 +284,21 @@ impl Experiment {
         Ok(self.replay_together(&self.machines(machines)?))
     }
 
-    /// Replays near a machine with a vibration in one pass, sensors perfect: each machine with the phase that suits `near`, advanced
-    /// by so many rad where the run does not state its phase.
+    /// Replays near a machine with a vibration or a play in one pass, sensors perfect: each machine with the phase, or the beginning in the play,
+    /// that suits `near`, advanced by so many rad, or by such a share, where the run does not state it.
     ///
     /// # Errors
     /// A setting of the run that one of the machines does not have.
     pub fn predict_near(&self, near: &Machine, machines: &[(&Machine, f64)]) -> Result<Vec<Traces>> {
         let near = self.machine(near)?;
-        let set = |(machine, advance_rad): &(&Machine, f64)| {
-            phase::advanced(&self.run, &near, self.settings.machine(machine)?, *advance_rad)
+        // Of a machine that has both the phase is advanced.
+        let by_phase = shakes(&near);
+        let set = |(machine, advance): &(&Machine, f64)| {
+            let [phase, share] = if by_phase { [*advance, 0.0] } else { [0.0, *advance] };
+            let machine = self.settings.machine(machine)?;
+            let is_unseen = self.second_sensor.is_none();
+            let begun = if is_unseen { play::advanced(&self.run, &near, machine, share)? } else { machine };
+            phase::advanced(&self.run, &near, begun, phase)
         };
         let machines: Result<Vec<Machine>> = machines.iter().map(set).collect();
         Ok(self.replay_together(&machines?))

@@ -52,6 +52,7 @@ pub mod parameter;
 pub mod phase;
 mod pitch_search;
 pub mod place;
+pub mod play;
 mod posterior;
 mod predictive;
 pub mod proposals;

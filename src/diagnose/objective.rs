@@ -6,6 +6,7 @@ use super::experiment::Experiment;
 use super::hypothesis::Hypothesis;
 use super::noise::Floor;
 use super::phase;
+use super::play::has_play;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -169,7 +170,7 @@ impl<'a> Objective<'a> {
         let even = |machine: Machine| noisy.iter().try_fold(machine, |m, of| m.without_effect(*of)).ok();
         let machines: Vec<Option<Machine>> =
             varied.iter().map(|set| self.fitted(set).and_then(even)).collect();
-        let near = self.fitted(values).and_then(even).filter(shakes);
+        let near = self.fitted(values).and_then(even).filter(|m| shakes(m) || has_play(m));
         let valid: Option<Vec<Machine>> = machines.iter().cloned().collect();
         let shaken = near.zip(valid).filter(|(_, varied)| !varied.is_empty());
         let mut changed = match &shaken {

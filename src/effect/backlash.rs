@@ -18,7 +18,8 @@ const ARCMIN: f64 = std::f64::consts::TAU / 21600.0;
 ///   x stays while |q − x| < b/2, else x = q ∓ b/2
 ///   dx = κ·dq inside the gap, where the play drags
 /// ```
-/// It begins in the middle of the gap. A play drags with grease, a seal or a preloaded ball: the load is then carried along by a
+/// A run begins where the motor stands anywhere in the gap, β·b/2 ahead of its middle (−1 ≤ β ≤ 1); a diagnosis finds β for each run that does not
+/// state it. A play drags with grease, a seal or a preloaded ball: the load is then carried along by a
 /// share κ of the motor's travel while the gap is crossed.
 ///
 /// # Validity
@@ -41,6 +42,9 @@ pub struct Backlash {
     /// κ, from 0 (the load stays) to 1 (it follows as if there were no play).
     #[serde(default)]
     pub carried_share: f64,
+    /// β, from −1 (the load lies at the stop that pushes it backward) to 1 (at the one that pushes it forward).
+    #[serde(default)]
+    pub begin_share: f64,
 }
 
 impl Law for Backlash {
@@ -53,11 +57,16 @@ impl Law for Backlash {
     const DOORS: &'static [Door] = &[Door::Transmission];
 
     fn fault(&self) -> Option<String> {
-        let share = self.carried_share;
-        negative("width_m", self.width_m).or_else(|| {
-            let outside = !(0.0..=1.0).contains(&share);
-            outside.then(|| format!("carried_share = {share}, expected 0 to 1"))
-        })
+        let (share, begin) = (self.carried_share, self.begin_share);
+        negative("width_m", self.width_m)
+            .or_else(|| {
+                let outside = !(0.0..=1.0).contains(&share);
+                outside.then(|| format!("carried_share = {share}, expected 0 to 1"))
+            })
+            .or_else(|| {
+                let outside = !(-1.0..=1.0).contains(&begin);
+                outside.then(|| format!("begin_share = {begin}, expected -1 to 1"))
+            })
     }
 
     #[inline]
@@ -68,6 +77,10 @@ impl Law for Backlash {
     #[inline]
     fn carried(&self) -> f64 {
         self.carried_share
+    }
+
+    fn ahead(&self) -> f64 {
+        0.5 * self.width_m * self.begin_share
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {

@@ -199,6 +199,11 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.carried(),)+ }
             }
 
+            /// See [`Law::ahead`].
+            pub fn ahead(&self) -> f64 {
+                match self { $(Self::$law(law) => law.ahead(),)+ }
+            }
+
             /// See [`Law::read`].
             #[inline]
             pub fn read(&self, position: f64) -> f64 {

@@ -309,6 +309,11 @@ pub trait Law: Sized {
         0.0
     }
 
+    /// By how much the motor's end stands ahead of the middle of its play where a run begins, in m or rad.
+    fn ahead(&self) -> f64 {
+        0.0
+    }
+
     /// What the encoder reads at a position.
     fn read(&self, position: f64) -> f64 {
         position

@@ -42,6 +42,8 @@ pub(super) struct Laws {
     transmissions: Vec<Effect>,
     /// Share of the motor's travel by which the load is carried along inside a play.
     carried: f64,
+    /// By how much the motor stands ahead of the middle of its plays where a run begins.
+    ahead: f64,
     readings: Vec<Effect>,
     /// Weight along the joint, where there is any and the plant does not have it in itself.
     weight: Option<Weight>,
@@ -97,6 +99,7 @@ impl Laws {
             changes: through(Door::MotorForce),
             transmissions: through(Door::Transmission),
             carried: acting.iter().map(Effect::carried).fold(0.0, f64::max),
+            ahead: acting.iter().map(Effect::ahead).sum(),
             readings: through(Door::Reading),
             winding_rate_per_s: match constants.circuit {
                 Circuit::Winding { resistance_ohm, inductance_h, .. } => resistance_ohm / inductance_h,
@@ -325,10 +328,10 @@ impl Laws {
         if rear < front { before.max(rear).min(front) } else { 0.5 * (rear + front) }
     }
 
-    /// The load's position with every play at its middle.
-    pub fn middle(&self, motor: f64) -> f64 {
+    /// The load's position where a run begins, see [`Law::ahead`](crate::effect::Law::ahead).
+    pub fn load_at_start(&self, motor: f64) -> f64 {
         let [rear, front] = self.stops(motor);
-        0.5 * (rear + front)
+        0.5 * (rear + front) - self.ahead
     }
 
     #[inline]
@@ -336,9 +339,9 @@ impl Laws {
         self.readings.iter().fold(position, |reading, effect| effect.read(reading))
     }
 
-    /// The position of the motor's end at which the encoder would show `reading`, every play at its middle.
+    /// The position of the motor's end at which the encoder would show `reading` where a run begins.
     pub fn position_at(&self, reading: f64, end: End) -> f64 {
-        let shown = |motor: f64| self.read(if end == End::Motor { motor } else { self.middle(motor) });
+        let shown = |motor: f64| self.read(if end == End::Motor { motor } else { self.load_at_start(motor) });
         // Errors of a reading are small against it, but a scale is not: divide by it first.
         let slope = (shown(reading + 1.0) - shown(reading)).abs().max(1e-3);
         (0..MOST_INVERSIONS).fold(reading, |motor, _| motor + (reading - shown(motor)) / slope)
@@ -351,15 +354,15 @@ fn of_direction([positive, negative]: [f64; 2], direction: f64) -> f64 {
     if direction > 0.0 { positive } else { negative }
 }
 
-/// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown`; every play
-/// begins at its middle.
+/// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown` from the
+/// beginning of a run on.
 pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
     let laws = Laws::of(machine, true);
     let place = |&reading: &f64| {
         if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
     };
     let mut before = shown.first().map_or(0.0, &place);
-    let mut load = laws.middle(before);
+    let mut load = laws.load_at_start(before);
     let follow = |reading| {
         let motor = place(reading);
         load = laws.transmit(motor, load, motor - before);

@@ -169,7 +169,7 @@ impl Path {
         moving.velocity = VelocityMemory::moving(position, velocity, self.period_s);
         moving.memory = Memory::default();
         moving.bristle = 0.0;
-        (moving.load, moving.motor) = (self.laws.middle(motor), motor);
+        (moving.load, moving.motor) = (self.laws.load_at_start(motor), motor);
         moving.load_zero = 0.0;
         moving.forces = [0.0; 2];
         if let Some(delay) = &mut self.reference_delay {
