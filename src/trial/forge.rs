@@ -15,6 +15,8 @@ use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
 use crate::recording::{Existing, Format, Recording, Signal};
 use crate::twin::Sensing;
+use rand::rngs::StdRng;
+use rand::{RngExt, SeedableRng};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -267,8 +269,9 @@ fn recording(
         let seed = trial.seed.derived(&format!("{noise} {} {}", case.case, strokes.name));
         let engine = trial.announcement.engine;
         let sensing = Sensing::AsStated { seed };
+        let real = begun(real, trial.seed.derived(&format!("play {noise} {} {}", case.case, strokes.name)))?;
         let traces =
-            engine.simulate(real, &case.otherwise, sensing, &reference, strokes.begins_s, case.step_s)?;
+            engine.simulate(&real, &case.otherwise, sensing, &reference, strokes.begins_s, case.step_s)?;
         let run = as_logged(strokes, machine, &reference, traces, logged)?;
         runs.push(case.otherwise.logged(run, machine)?);
     }
@@ -277,6 +280,15 @@ fn recording(
     recording.note =
         Some(format!("simulated, not measured: case {} of a blind trial, seed {}", case.case, trial.seed));
     Ok(recording)
+}
+
+/// The machine with its drive train anywhere in its play: before a run, anything may have moved.
+fn begun(machine: &Machine, seed: u64) -> Result<Machine> {
+    if machine.description().effect.backlash.is_none() {
+        return Ok(machine.clone());
+    }
+    let share: f64 = StdRng::seed_from_u64(seed).random_range(-1.0..=1.0);
+    machine.with_settings([("effect.backlash.begin_share", share.into())])
 }
 
 /// The machine's folder, or its file where that has a name of its own.

@@ -60,12 +60,28 @@ fn exact_coarse_steps_in_the_loop_are_named_with_their_size() {
     assert!(d.gap.predicted_closed > 0.9 && is_noted(&d));
 }
 
+/// What could stand for steps of the encoder.
+const LIKE_STEPS: [EffectId; 10] = [
+    EffectId::EncoderResolution,
+    EffectId::EncoderPeriodicError,
+    EffectId::VelocityFilter,
+    EffectId::LoopDelay,
+    EffectId::DeadZone,
+    EffectId::VelocityGain,
+    EffectId::Cogging,
+    EffectId::CoulombFriction,
+    EffectId::StribeckFriction,
+    EffectId::Presliding,
+];
+
 /// A log that was rounded after the loop had run leaves the effort as quiet as it was.
 #[test]
 fn exact_a_rounded_log_is_no_coarse_encoder() {
     let stated = machine();
     let fine = Strokes::both_ways(&stated, &stated, 3).recording(&CELLS);
-    let d = told(&stated, &Recording::new(fine.runs().iter().map(rounded).collect()).unwrap());
+    let rounded = Recording::new(fine.runs().iter().map(rounded).collect()).unwrap();
+    let options = Options { catalogue: &LIKE_STEPS, ..Options::default() };
+    let d = diagnose(&stated, &rounded, &options).unwrap();
     assert!(d.causes.iter().all(|cause| cause.effect != "encoder_resolution"), "{:?}", d.causes);
     assert!(!is_noted(&d));
 }

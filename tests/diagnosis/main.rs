@@ -22,6 +22,7 @@ mod modes;
 mod next_experiment;
 mod payload_lever;
 mod pitch_search;
+mod play;
 mod servo_diagnosis;
 mod stretches;
 mod torque_drive;

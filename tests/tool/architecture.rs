@@ -7,12 +7,13 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Every module of the crate; one may import from itself and from those before it.
-const ORDER: [&str; 24] = [
+const ORDER: [&str; 25] = [
     "error",
     "confine",
     "singular",
     "whole",
     "units",
+    "elementary",
     "recording",
     "identify",
     "solid",
