@@ -241,9 +241,7 @@ impl Experiment {
     fn machines(&self, machines: &[Machine]) -> Result<Vec<Machine>> {
         let set: Vec<Machine> = machines.iter().map(|m| self.settings.machine(m)).collect::<Result<_>>()?;
         let replay = |machines: &[Machine]| self.replay_together(machines);
-        // A second sensor shows what the play does up to its own zero.
-        let is_unseen = self.second_sensor.is_none();
-        let set = if is_unseen { play::suited(&self.run, &self.signals, set, replay)? } else { set };
+        let set = play::suited(&self.run, &self.signals, set, replay)?;
         phase::suited(&self.run, &self.signals, set, replay)
     }
 
@@ -296,8 +294,7 @@ impl Experiment {
         let set = |(machine, advance): &(&Machine, f64)| {
             let [phase, share] = if by_phase { [*advance, 0.0] } else { [0.0, *advance] };
             let machine = self.settings.machine(machine)?;
-            let is_unseen = self.second_sensor.is_none();
-            let begun = if is_unseen { play::advanced(&self.run, &near, machine, share)? } else { machine };
+            let begun = play::advanced(&self.run, &near, machine, share)?;
             phase::advanced(&self.run, &near, begun, phase)
         };
         let machines: Result<Vec<Machine>> = machines.iter().map(set).collect();

@@ -189,8 +189,8 @@ impl<'a> Objective<'a> {
         Ok(jacobian)
     }
 
-    /// Residuals of machines near one with a vibration, all with the phases that suit that one; last, those of that one with each phase
-    /// advanced by [`DIFFERENCE`] rad.
+    /// Residuals of machines near one with a vibration or a play, all with the phases, and the places in the play, that suit that one; last, those of that
+    /// one with each phase advanced by [`DIFFERENCE`] rad, or each place by that share.
     fn residuals_near(&self, near: &Machine, machines: &[Machine]) -> Result<Vec<DVector<f64>>> {
         let advanced = machines.iter().map(|machine| (machine, 0.0)).chain([(near, DIFFERENCE)]);
         let all: Vec<(&Machine, f64)> = advanced.collect();

@@ -8,12 +8,14 @@ use crate::recording::{Run, Signal};
 use crate::replay::Traces;
 
 /// Key of β, see [`Backlash`](crate::effect::Backlash).
-const KEY: &str = "begin_share";
-/// Values of β from which a replay's dependence on it follows.
-const PROBES: [f64; 3] = [-1.0, 0.0, 1.0];
+const KEY: &str = "initial_share";
+/// Distances between values of β from whose replays its best value follows, round by round: the whole play, then about what that came to.
+const REACHES: [f64; 2] = [1.0, 0.15];
 /// Places between the ends at which the polynomial is looked at first, and halvings of the bracket then.
 const PLACES: usize = 40;
 const HALVINGS: usize = 40;
+/// A sum of squares that changes by less than this share of itself says nothing of β: rounding.
+const ROUNDING: f64 = 1e-12;
 
 /// Whether the machine has a play whose beginning a run may have to tell.
 pub fn has_play(machine: &Machine) -> bool {
@@ -23,9 +25,10 @@ pub fn has_play(machine: &Machine) -> bool {
 /// The machines with the β that suits the run best, where they have a play and the run does not state its β.
 ///
 /// # Model
-/// To second order a replay depends on β as `y(β) = y₀ + a·β + b·β²`, which follows from replays at β of −1, 0 and 1. β is where the sum of squares,
-/// a polynomial of the fourth degree, is least between −1 and 1, each signal weighed by what the replay from the middle leaves of it. `replay` gives
-/// replays of several machines with perfect sensors.
+/// A replay is piecewise smooth in β. Near one value it depends on it as `y(β₀ + δ) = y₀ + a·δ + b·δ²`, which follows from replays at three values;
+/// β is where the sum of squares, a polynomial of the fourth degree, is least within the play, each signal weighed by what the replay in the middle of
+/// the three leaves of it. The values are the ends and the middle of the play first, then three near what came out. A run that does not depend on β leaves
+/// it in the middle. `replay` gives replays of several machines with perfect sensors, at the phases of vibrations that they state.
 ///
 /// # Errors
 /// None in practice: any β between −1 and 1 is one.
@@ -39,27 +42,48 @@ pub fn suited(
     if open.is_empty() || is_stated(run) {
         return Ok(machines);
     }
-    let probes: Result<Vec<Machine>> = open
-        .iter()
-        .flat_map(|&m| PROBES.map(|share| (m, share)))
-        .map(|(m, share)| at(&machines[m], share))
-        .collect();
-    let replayed = replay(&probes?);
-    for (&m, traces) in open.iter().zip(replayed.chunks_exact(PROBES.len())) {
-        machines[m] = at(&machines[m], best(run, signals, traces))?;
+    let mut shares = vec![0.0_f64; open.len()];
+    for reach in REACHES {
+        let places = |share: f64| {
+            let middle = share.clamp(reach - 1.0, 1.0 - reach);
+            [middle - reach, middle, middle + reach]
+        };
+        let probes = open.iter().zip(&shares).flat_map(|(&m, share)| places(*share).map(|share| (m, share)));
+        let probes: Result<Vec<Machine>> = probes.map(|(m, share)| at(&machines[m], share)).collect();
+        let replayed = replay(&probes?);
+        for (share, traces) in shares.iter_mut().zip(replayed.chunks_exact(3)) {
+            let [_, middle, _] = places(*share);
+            let within = [(-1.0 - middle) / reach, (1.0 - middle) / reach];
+            if let Some(step) = best(run, signals, traces, within.map(|end| end.clamp(-2.0, 2.0))) {
+                *share = (middle + reach * step).clamp(-1.0, 1.0);
+            }
+        }
+    }
+    for (&m, share) in open.iter().zip(shares) {
+        machines[m] = at(&machines[m], share)?;
     }
     Ok(machines)
 }
 
-/// A machine as set in a run, with the β of another one advanced by so much, as far as it goes; unchanged where the run states its β.
+/// A machine as set in a run, with the β of another one advanced by so much, unless that stands at an end of its play, where it does not follow
+/// what else changes; unchanged where the run states its β.
 ///
 /// # Errors
 /// None in practice: any β between −1 and 1 is one.
 pub fn advanced(run: &Run, of: &Machine, machine: Machine, advance: f64) -> Result<Machine> {
     match of.description().effect.backlash.as_ref().filter(|_| has_play(&machine) && !is_stated(run)) {
-        Some(law) => at(&machine, (law.begin_share + advance).min(1.0)),
+        Some(law) if law.initial_share.abs() < 1.0 => at(&machine, (law.initial_share + advance).min(1.0)),
+        Some(law) => at(&machine, law.initial_share),
         None => Ok(machine),
     }
+}
+
+/// The machine at the middle of its play.
+///
+/// # Errors
+/// None in practice.
+pub fn from_middle(machine: Machine) -> Result<Machine> {
+    if has_play(&machine) { at(&machine, 0.0) } else { Ok(machine) }
 }
 
 fn is_stated(run: &Run) -> bool {
@@ -70,21 +94,25 @@ fn at(machine: &Machine, share: f64) -> Result<Machine> {
     machine.with_settings([(path(EffectId::Backlash, KEY).as_str(), toml::Value::Float(share))])
 }
 
-/// The β at which the replays come nearest to the run.
-fn best(run: &Run, signals: &[Signal], traces: &[Traces]) -> f64 {
+/// Where between two ends the replays come nearest to the run, in distances of the three from the middle one; none where they do not tell.
+fn best(run: &Run, signals: &[Signal], traces: &[Traces], ends: [f64; 2]) -> Option<f64> {
     let mut sum = [0.0; 5];
     for &signal in signals {
         let probed: Option<Vec<&[f64]>> = traces.iter().map(|traces| traces.signal(signal)).collect();
         let Some((measured, probed)) = run.signal(signal).zip(probed) else { continue };
         let polynomial = squares(measured, [probed[0], probed[1], probed[2]]);
-        if polynomial[0] > 0.0 && polynomial.iter().all(|c| c.is_finite()) {
+        let varies = polynomial[1..].iter().any(|c| *c != 0.0);
+        if polynomial[0] == 0.0 && varies {
+            return Some(0.0); // a signal that the middle one meets to the last bit
+        }
+        if varies && polynomial.iter().all(|c| c.is_finite()) {
             sum.iter_mut().zip(polynomial).for_each(|(sum, c)| *sum += c / polynomial[0]);
         }
     }
-    least(&sum)
+    least(&sum, ends)
 }
 
-/// Coefficients of `Σ(m − y₀ − a·β − b·β²)²` by powers of β, the lowest first.
+/// Coefficients of `Σ(m − y₀ − a·δ − b·δ²)²` by powers of δ, the lowest first.
 fn squares(measured: &[f64], [behind, middle, ahead]: [&[f64]; 3]) -> [f64; 5] {
     let mut sum = [0.0; 5];
     for (((measured, behind), middle), ahead) in measured.iter().zip(behind).zip(middle).zip(ahead) {
@@ -95,24 +123,39 @@ fn squares(measured: &[f64], [behind, middle, ahead]: [&[f64]; 3]) -> [f64; 5] {
     sum
 }
 
-/// Where a polynomial is least between −1 and 1.
-fn least(polynomial: &[f64; 5]) -> f64 {
+/// Where a polynomial is least between two ends; none where it does not vary.
+fn least(polynomial: &[f64; 5], [from, to]: [f64; 2]) -> Option<f64> {
     let value = |x: f64| polynomial.iter().rev().fold(0.0, |sum, c| sum * x + c);
-    let place = |k: usize| 2.0 * k as f64 / PLACES as f64 - 1.0;
-    let start = (0..=PLACES).map(place).min_by(|a, b| value(*a).total_cmp(&value(*b))).unwrap_or(0.0);
+    let place = |k: usize| from + (to - from) * k as f64 / PLACES as f64;
+    let (mut best, mut most) = (from, f64::MIN);
+    for x in (0..=PLACES).map(place) {
+        best = if value(x) < value(best) { x } else { best };
+        most = most.max(value(x));
+    }
+    if most - value(best) <= ROUNDING * polynomial[0].abs() {
+        return None;
+    }
     let slope = |x: f64| (1..5).rev().fold(0.0, |sum, k| sum * x + k as f64 * polynomial[k]);
-    let reach = 2.0 / PLACES as f64;
-    let (mut low, mut high) = ((start - reach).max(-1.0), (start + reach).min(1.0));
+    let reach = (to - from) / PLACES as f64;
+    let (mut low, mut high) = ((best - reach).max(from), (best + reach).min(to));
     for _ in 0..HALVINGS {
         let middle = 0.5 * (low + high);
         if slope(middle) > 0.0 { high = middle } else { low = middle }
     }
-    0.5 * (low + high)
+    // At an end exactly, where it falls to there.
+    let is_end = |end: f64, is_outward: bool| best == end && is_outward;
+    if is_end(from, slope(from) >= 0.0) || is_end(to, slope(to) <= 0.0) {
+        Some(best)
+    } else {
+        Some(0.5 * (low + high))
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const WHOLE: [f64; 2] = [-1.0, 1.0];
 
     /// A course that depends on β to second order, and noise-free samples of it at one β.
     #[test]
@@ -122,12 +165,20 @@ mod tests {
             t.sin() + share * (-t).exp() + 0.3 * share * share * t.cos()
         };
         let course = |share: f64| (0..50).map(|k| y(share, k)).collect::<Vec<f64>>();
-        let [behind, middle, ahead] = PROBES.map(course);
+        let [behind, middle, ahead] = [-1.0, 0.0, 1.0].map(course);
         for share in [-0.93, -0.2, 0.0, 0.41] {
             let polynomial = squares(&course(share), [&behind, &middle, &ahead]);
-            assert!((least(&polynomial) - share).abs() < 1e-6, "{share}: {}", least(&polynomial));
+            let found = least(&polynomial, WHOLE).unwrap();
+            assert!((found - share).abs() < 1e-6, "{share}: {found}");
         }
-        // Beyond the ends of the play it stands at one.
-        assert!((least(&[4.0, -4.0, 1.0, 0.0, 0.0]) - 1.0).abs() < 1e-9);
+    }
+
+    /// Beyond the ends of the play it stands at one of them exactly; where nothing depends on it nothing is told.
+    #[test]
+    fn exact_ends_are_ends_and_what_does_not_vary_tells_nothing() {
+        let parabola = |at: f64| [at * at, -2.0 * at, 1.0, 0.0, 0.0];
+        assert_eq!([1.7, -2.0].map(|at| least(&parabola(at), WHOLE)), [Some(1.0), Some(-1.0)]);
+        assert!((least(&parabola(0.3), [-0.5, 2.0]).unwrap() - 0.3).abs() < 1e-9);
+        assert_eq!([[0.0; 5], [3.0, 0.0, 0.0, 0.0, 0.0]].map(|p| least(&p, WHOLE)), [None, None]);
     }
 }

@@ -23,6 +23,10 @@ pub(super) struct RunSettings {
     shifts: Vec<Shift>,
 }
 
+/// Numbers of effects that belong to one run and not to the machine.
+const OF_ONE_RUN: [(EffectId, &str); 2] =
+    [(EffectId::Backlash, "initial_share"), (EffectId::ExternalVibration, "phase_rad")];
+
 /// What a run sets of a number that a fit may move.
 #[derive(Debug, Clone, PartialEq)]
 struct Shift {
@@ -54,7 +58,14 @@ impl RunSettings {
         if self.plain.is_empty() && self.shifts.is_empty() {
             return Ok(machine.clone());
         }
-        let plain = self.plain.iter().map(|(key, value)| (key.as_str(), value.clone()));
+        // How one run begins says nothing of a machine that has no play, nor a phase of one that nothing shakes.
+        let effects = &machine.description().effect;
+        let means = |key: &str| {
+            let of_run = OF_ONE_RUN.iter().find(|(effect, number)| path(*effect, number) == key);
+            of_run.is_none_or(|(effect, _)| effects.contains(*effect))
+        };
+        let plain = self.plain.iter().filter(|(key, _)| means(key));
+        let plain = plain.map(|(key, value)| (key.as_str(), value.clone()));
         let shifted = self.shifts.iter().map(|s| (s.path.as_str(), toml::Value::Float(s.value(machine))));
         // Together: some keys of an effect say nothing without the others.
         machine.with_settings(plain.chain(shifted))

@@ -42,9 +42,9 @@ pub struct Backlash {
     /// κ, from 0 (the load stays) to 1 (it follows as if there were no play).
     #[serde(default)]
     pub carried_share: f64,
-    /// β, from −1 (the load lies at the stop that pushes it backward) to 1 (at the one that pushes it forward).
+    /// β, where a run begins, from −1 (the load lies at the stop that pushes it backward) to 1 (at the one that pushes it forward).
     #[serde(default)]
-    pub begin_share: f64,
+    pub initial_share: f64,
 }
 
 impl Law for Backlash {
@@ -57,7 +57,7 @@ impl Law for Backlash {
     const DOORS: &'static [Door] = &[Door::Transmission];
 
     fn fault(&self) -> Option<String> {
-        let (share, begin) = (self.carried_share, self.begin_share);
+        let (share, begin) = (self.carried_share, self.initial_share);
         negative("width_m", self.width_m)
             .or_else(|| {
                 let outside = !(0.0..=1.0).contains(&share);
@@ -65,7 +65,7 @@ impl Law for Backlash {
             })
             .or_else(|| {
                 let outside = !(-1.0..=1.0).contains(&begin);
-                outside.then(|| format!("begin_share = {begin}, expected -1 to 1"))
+                outside.then(|| format!("initial_share = {begin}, expected -1 to 1"))
             })
     }
 
@@ -79,8 +79,8 @@ impl Law for Backlash {
         self.carried_share
     }
 
-    fn ahead(&self) -> f64 {
-        0.5 * self.width_m * self.begin_share
+    fn initial_share(&self) -> f64 {
+        self.initial_share
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {

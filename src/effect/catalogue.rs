@@ -199,9 +199,9 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.carried(),)+ }
             }
 
-            /// See [`Law::ahead`].
-            pub fn ahead(&self) -> f64 {
-                match self { $(Self::$law(law) => law.ahead(),)+ }
+            /// See [`Law::initial_share`].
+            pub fn initial_share(&self) -> f64 {
+                match self { $(Self::$law(law) => law.initial_share(),)+ }
             }
 
             /// See [`Law::read`].

@@ -3,7 +3,7 @@
 use super::law::{infinite, not_positive};
 use super::prior::{Machinery, Prior};
 use super::{Constants, Door, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch, Unlike};
-use crate::elementary::of_turns;
+use crate::elementary::sin_cos_turns;
 use serde::{Deserialize, Serialize};
 use std::f64::consts::TAU;
 
@@ -62,7 +62,7 @@ impl Law for ExternalVibration {
 
     #[inline]
     fn shake(&self, time_s: f64) -> f64 {
-        self.force_n * of_turns(self.frequency_hz * time_s + self.phase_rad / TAU)[0]
+        self.force_n * sin_cos_turns(self.frequency_hz * time_s + self.phase_rad / TAU)[0]
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {

@@ -1,7 +1,7 @@
 //! Harmonics of a pitch: what cogging and force ripple have in common.
 
 use super::law::{FormNumber, Parameter};
-use crate::elementary::of_turns;
+use crate::elementary::sin_cos_turns;
 
 /// A third or fourth harmonic is this share of the first one at most, inside the tolerance: two standard deviations. Finite-element and measured spectra
 /// of linear motors have a few per cent.
@@ -24,7 +24,7 @@ pub(super) fn wave(
     higher: [f64; 4],
     position: f64,
 ) -> f64 {
-    let [s, c] = of_turns(position / period);
+    let [s, c] = sin_cos_turns(position / period);
     let (double_s, double_c) = (2.0 * s * c, 1.0 - 2.0 * s * s);
     let law = sine * s + cosine * c + sine_2 * double_s + cosine_2 * double_c;
     if higher == [0.0; 4] {

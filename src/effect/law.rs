@@ -309,8 +309,8 @@ pub trait Law: Sized {
         0.0
     }
 
-    /// By how much the motor's end stands ahead of the middle of its play where a run begins, in m or rad.
-    fn ahead(&self) -> f64 {
+    /// By which share of half its play the motor's end stands ahead of the middle where a run begins, −1 to 1.
+    fn initial_share(&self) -> f64 {
         0.0
     }
 

@@ -14,7 +14,7 @@ const LEAST_LEVEL: f64 = 1e-9;
 /// Share of the bracket at which the displacement is known: near rounding.
 const PRECISION: f64 = 1e-14;
 
-/// The equation for the displacement of one step.
+/// The equation for the displacement of one step: what bristles and plant agree on.
 ///
 /// # Model
 /// `Δ = Δ_free + κ·F̄(Δ) + ρ·F̂(Δ)` with mean F̄ and rise F̂ of the force that [`Bristle`](super::Bristle) gives over Δ, both of which fall with
@@ -140,6 +140,7 @@ impl Deflection {
         let is_smooth = travel * newton > 0.0;
         let is_small = (step.abs() <= precision) | step.is_nan();
         let has_arrived = is_small | (is_smooth & (step * step <= precision * before));
+        let last = if has_arrived { step } else { 0.0 };
         let is_inside = (newton > low) & (newton < high);
         let was_found = is_found != 0.0;
         let next = if is_inside { newton } else { 0.5 * (low + high) };
@@ -151,9 +152,9 @@ impl Deflection {
             before: if is_inside { step.abs() } else { 0.0 },
             is_found: if was_found | has_arrived { 1.0 } else { 0.0 },
             // Of a displacement that is larger by so little that the answer is straight.
-            mean: if was_found { search.mean } else { answer.mean + answer.mean_slope * step },
-            rise: if was_found { search.rise } else { answer.rise + answer.rise_slope * step },
-            end: if was_found { search.end } else { answer.end + answer.end_slope * step },
+            mean: if was_found { search.mean } else { answer.mean + answer.mean_slope * last },
+            rise: if was_found { search.rise } else { answer.rise + answer.rise_slope * last },
+            end: if was_found { search.end } else { answer.end + answer.end_slope * last },
         }
     }
 
@@ -415,11 +416,12 @@ mod tests {
         let equation = |k: usize| {
             let power = 4.0 + 0.7 * k as f64;
             let (damping, fading_exponent) = if k < 3 { (0.0, GAUSSIAN) } else { (300.0 * k as f64, 1.4) };
+            let peak = if k % 2 == 0 { 0.0 } else { 4.0 };
             let stiffness = 10.0_f64.powf(power);
             let bristle = Bristle { stiffness, damping, fading_factor: 0.7, fading_exponent };
             let level = Level {
                 base: [9.0, 7.0 + k as f64],
-                peak: [4.0; 2],
+                peak: [peak; 2],
                 velocity: 0.01,
                 factor: 1.1,
                 local: -0.3,

@@ -1,7 +1,7 @@
 //! Dry friction of the guide: one law of named features.
 
 use super::{Bristle, Level};
-use crate::elementary::{decay, of_turns};
+use crate::elementary::{decay, sin_cos_turns};
 
 /// What the guide opposes to motion beside its mean viscous drag, as one law.
 ///
@@ -86,7 +86,7 @@ impl Local {
     /// b(u).
     #[inline]
     pub fn shape(u: f64) -> f64 {
-        if u.abs() < 0.5 { 0.5 * (1.0 + of_turns(u)[1]) } else { 0.0 }
+        if u.abs() < 0.5 { 0.5 * (1.0 + sin_cos_turns(u)[1]) } else { 0.0 }
     }
 }
 
@@ -135,7 +135,7 @@ impl DryFriction {
         }
     }
 
-    /// The level over one step that begins at this position and time of the session, with the part of the load in the positive and the
+    /// The level over one step, in whose middle position and time of the session are these, with the part of the load in the positive and the
     /// negative direction.
     #[inline]
     pub fn level_over(&self, [forward, backward]: [f64; 2], place_and_time: Option<[f64; 2]>) -> Level {

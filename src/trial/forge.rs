@@ -288,7 +288,7 @@ fn begun(machine: &Machine, seed: u64) -> Result<Machine> {
         return Ok(machine.clone());
     }
     let share: f64 = StdRng::seed_from_u64(seed).random_range(-1.0..=1.0);
-    machine.with_settings([("effect.backlash.begin_share", share.into())])
+    machine.with_settings([("effect.backlash.initial_share", share.into())])
 }
 
 /// The machine's folder, or its file where that has a name of its own.

@@ -42,8 +42,8 @@ pub(super) struct Laws {
     transmissions: Vec<Effect>,
     /// Share of the motor's travel by which the load is carried along inside a play.
     carried: f64,
-    /// By how much the motor stands ahead of the middle of its plays where a run begins.
-    ahead: f64,
+    /// Where between its stops the load lies where a run begins, from −1 (at the front one) to 1 (at the rear one).
+    initial_share: f64,
     readings: Vec<Effect>,
     /// Weight along the joint, where there is any and the plant does not have it in itself.
     weight: Option<Weight>,
@@ -99,7 +99,7 @@ impl Laws {
             changes: through(Door::MotorForce),
             transmissions: through(Door::Transmission),
             carried: acting.iter().map(Effect::carried).fold(0.0, f64::max),
-            ahead: acting.iter().map(Effect::ahead).sum(),
+            initial_share: acting.iter().map(Effect::initial_share).sum(),
             readings: through(Door::Reading),
             winding_rate_per_s: match constants.circuit {
                 Circuit::Winding { resistance_ohm, inductance_h, .. } => resistance_ohm / inductance_h,
@@ -328,10 +328,10 @@ impl Laws {
         if rear < front { before.max(rear).min(front) } else { 0.5 * (rear + front) }
     }
 
-    /// The load's position where a run begins, see [`Law::ahead`](crate::effect::Law::ahead).
+    /// The load's position where a run begins, see [`Law::initial_share`](crate::effect::Law::initial_share).
     pub fn load_at_start(&self, motor: f64) -> f64 {
         let [rear, front] = self.stops(motor);
-        0.5 * (rear + front) - self.ahead
+        0.5 * (rear + front) - 0.5 * self.initial_share * (front - rear).max(0.0)
     }
 
     #[inline]

@@ -4,6 +4,7 @@ use super::plan::Plan;
 use crate::diagnose::experiment::Experiment;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::noise::Floor;
+use crate::diagnose::play;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -99,7 +100,7 @@ impl Stage {
         let still = [Signal::PositionReference, Signal::Position].map(|signal| (signal, reference.clone()));
         let period_s = base.description().sample_period_s;
         let still = Run::new("planned", base.motion(), period_s, still.into_iter().collect())?;
-        let real = named(still)?.machine(&truth.machine(base)?)?;
+        let real = play::from_middle(named(still)?.machine(&truth.machine(base)?)?)?;
         let traces = simulate(&real, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ())?;
         let limit = base.solid().joint.effort;
         let within = |samples: &[f64], limit: f64| samples.iter().all(|x| x.is_finite() && x.abs() <= limit);
