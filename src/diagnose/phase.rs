@@ -77,7 +77,8 @@ pub fn advanced(run: &Run, of: &Machine, machine: Machine, advance_rad: f64) -> 
     }
 }
 
-/// Derivatives of residuals, taken at a fixed phase in each run, become those with phases that follow.
+/// Derivatives of residuals, taken at a fixed phase in each run, become those with phases that follow; so do those taken at a fixed place in a play
+/// where a run begins, whose derivative then stands in for that by the phase.
 ///
 /// # Model
 /// The phase of each run, whose rows are given, is what makes the weighted sum of squares smallest, `pᵀWr = 0`, with p the derivative of the residuals r
