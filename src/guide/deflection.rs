@@ -416,7 +416,7 @@ mod tests {
         let equation = |k: usize| {
             let power = 4.0 + 0.7 * k as f64;
             let (damping, fading_exponent) = if k < 3 { (0.0, GAUSSIAN) } else { (300.0 * k as f64, 1.4) };
-            let peak = if k % 2 == 0 { 0.0 } else { 4.0 };
+            let peak = if k.is_multiple_of(2) { 0.0 } else { 4.0 };
             let stiffness = 10.0_f64.powf(power);
             let bristle = Bristle { stiffness, damping, fading_factor: 0.7, fading_exponent };
             let level = Level {

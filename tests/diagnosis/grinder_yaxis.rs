@@ -50,12 +50,10 @@ const MECHANICS: [EffectId; 13] = [
 ];
 
 /// A screw, and a drive that may have been set otherwise.
-const SCREW_AND_GAINS: [EffectId; 7] = [
+const SCREW_AND_GAINS: [EffectId; 5] = [
     EffectId::PositionGain,
-    EffectId::VelocityGain,
     EffectId::VelocityFeedforward,
     EffectId::CoulombFriction,
-    EffectId::AsymmetricFriction,
     EffectId::Backlash,
     EffectId::ScrewError,
 ];
