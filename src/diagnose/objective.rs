@@ -172,19 +172,19 @@ impl<'a> Objective<'a> {
             varied.iter().map(|set| self.fitted(set).and_then(even)).collect();
         let near = self.fitted(values).and_then(even).filter(|m| shakes(m) || has_play(m));
         let valid: Option<Vec<Machine>> = machines.iter().cloned().collect();
-        let shaken = near.zip(valid).filter(|(_, varied)| !varied.is_empty());
-        let mut changed = match &shaken {
+        let nuisance = near.zip(valid).filter(|(_, varied)| !varied.is_empty());
+        let mut changed = match &nuisance {
             Some((near, varied)) => self.residuals_near(near, varied)?,
             None => self.replayed(machines)?,
         };
-        let by_phase = shaken.and_then(|_| changed.pop());
+        let by_nuisance = nuisance.and_then(|_| changed.pop());
         let own = if noisy.is_empty() { None } else { changed.pop() };
         let own = own.as_ref().unwrap_or(residuals);
         for ((k, per_step), changed) in steps.into_iter().zip(changed) {
             jacobian.set_column(k, &((changed - own) * per_step));
         }
-        if let Some(by_phase) = by_phase {
-            phase::follow(&mut jacobian, &(by_phase - own), &self.weights(residuals), &self.run_rows());
+        if let Some(by_nuisance) = by_nuisance {
+            phase::follow(&mut jacobian, &(by_nuisance - own), &self.weights(residuals), &self.run_rows());
         }
         Ok(jacobian)
     }

@@ -23,7 +23,7 @@ pub struct RunPhase {
 }
 
 /// Key of the phase.
-const KEY: &str = "phase_rad";
+pub(super) const KEY: &str = "phase_rad";
 /// Phases from which a replay's first harmonic follows.
 const PROBES: usize = 3;
 

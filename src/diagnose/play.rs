@@ -8,10 +8,10 @@ use crate::recording::{Run, Signal};
 use crate::replay::Traces;
 
 /// Key of β, see [`Backlash`](crate::effect::Backlash).
-const KEY: &str = "initial_share";
-/// Distances between values of β from whose replays its best value follows, round by round: the whole play, then about what that came to.
+pub(super) const KEY: &str = "initial_share";
+/// Distances between values of β from whose replays its best value follows, round by round: the whole play, then many times what that is off by.
 const REACHES: [f64; 2] = [1.0, 0.15];
-/// Places between the ends at which the polynomial is looked at first, and halvings of the bracket then.
+/// Places between the ends at which the polynomial is looked at first (it has two minima at most), and halvings of the bracket then: to rounding.
 const PLACES: usize = 40;
 const HALVINGS: usize = 40;
 /// A sum of squares that changes by less than this share of itself says nothing of β: rounding.

@@ -1,6 +1,7 @@
 //! The settings of a run on top of what a fit moves.
 
 use super::hypothesis::{path, stated_numbers};
+use super::{phase, play};
 use crate::effect::{EffectId, Parameter};
 use crate::error::Result;
 use crate::machine::Machine;
@@ -25,7 +26,7 @@ pub(super) struct RunSettings {
 
 /// Numbers of effects that belong to one run and not to the machine.
 const OF_ONE_RUN: [(EffectId, &str); 2] =
-    [(EffectId::Backlash, "initial_share"), (EffectId::ExternalVibration, "phase_rad")];
+    [(EffectId::Backlash, play::KEY), (EffectId::ExternalVibration, phase::KEY)];
 
 /// What a run sets of a number that a fit may move.
 #[derive(Debug, Clone, PartialEq)]

@@ -1,8 +1,8 @@
 //! Presliding: bristles that deflect before they slide.
 
-use super::deflection::Deflection;
 use super::level::Level;
 use super::step::{Coast, StepForce};
+use super::step_equation::StepEquation;
 
 /// The bristles of dry friction.
 ///
@@ -58,15 +58,15 @@ impl Bristle {
     /// assert!((force.mean + 10.0).abs() < 1e-9 && (end + 10.0).abs() < 1e-9);
     /// ```
     pub fn step(&self, begun: f64, coast: Coast, step_s: f64, sliding: Sliding) -> (StepForce, f64) {
-        self.deflection(begun, coast, step_s, sliding).solve()
+        self.step_equation(begun, coast, step_s, sliding).solve()
     }
 
     /// The equation for the displacement of that step.
     #[inline]
-    pub fn deflection(&self, begun: f64, coast: Coast, step_s: f64, sliding: Sliding) -> Deflection {
+    pub fn step_equation(&self, begun: f64, coast: Coast, step_s: f64, sliding: Sliding) -> StepEquation {
         let Sliding { level, drag } = sliding;
         let Self { stiffness, damping, fading_factor, fading_exponent } = *self;
-        Deflection {
+        StepEquation {
             begun,
             free_travel: coast.free_travel,
             compliance: coast.response.compliance,

@@ -1,7 +1,7 @@
 //! Dry friction of the guide: one law of named features.
 
 use super::{Bristle, Level};
-use crate::elementary::{decay, sin_cos_turns};
+use crate::elementary::sin_cos_turns;
 
 /// What the guide opposes to motion beside its mean viscous drag, as one law.
 ///
@@ -54,15 +54,6 @@ pub struct Stribeck {
     pub peak_ratio: f64,
     /// v_s in m/s or rad/s; more than zero.
     pub velocity: f64,
-}
-
-impl Stribeck {
-    /// e(v) − 1 at a speed ≥ 0.
-    #[inline]
-    fn excess(&self, speed: f64) -> f64 {
-        let ratio = speed / self.velocity;
-        (self.peak_ratio - 1.0) * decay(ratio * ratio)[0]
-    }
 }
 
 /// Friction of one place of the travel: a worn or a tight spot.
@@ -128,11 +119,7 @@ impl DryFriction {
     /// The same with the part of the load, which is `loaded` at speeds well above those of the Stribeck curve.
     #[inline]
     pub fn level_under(&self, loaded: f64, direction: f64, speed: f64) -> f64 {
-        let level = self.coulomb * (1.0 + self.asymmetry * direction) + loaded;
-        match &self.stribeck {
-            None => level,
-            Some(stribeck) => level + (self.coulomb + loaded) * stribeck.excess(speed),
-        }
+        self.level_over([loaded; 2], None).at(direction, speed)
     }
 
     /// The level over one step, in whose middle position and time of the session are these, with the part of the load in the positive and the

@@ -36,29 +36,29 @@ impl Level {
     /// g in a direction (±1) at a speed ≥ 0.
     #[inline(always)]
     pub fn at(&self, direction: f64, speed: f64) -> f64 {
-        let is_forward = direction > 0.0;
-        let (base, peak) =
-            if is_forward { (self.base[0], self.peak[0]) } else { (self.base[1], self.peak[1]) };
+        let peak = if direction > 0.0 { self.peak[0] } else { self.peak[1] };
         let ratio = speed / self.velocity;
-        let level = (base + peak * decay(ratio * ratio)[0]) * self.factor + self.local;
-        if level > 0.0 { level } else { 0.0 }
+        self.with(direction, peak * decay(ratio * ratio)[0])
     }
 
     /// g in a direction at speeds far above those of the peak.
     #[inline(always)]
     pub fn without_peak(&self, direction: f64) -> f64 {
-        let base = if direction > 0.0 { self.base[0] } else { self.base[1] };
-        let level = base * self.factor + self.local;
-        if level > 0.0 { level } else { 0.0 }
+        self.with(direction, 0.0)
     }
 
     /// g at rest in the positive and the negative direction.
     #[inline(always)]
     pub fn at_rest(&self) -> [f64; 2] {
-        [0, 1].map(|k| {
-            let level = (self.base[k] + self.peak[k]) * self.factor + self.local;
-            if level > 0.0 { level } else { 0.0 }
-        })
+        [self.with(1.0, self.peak[0]), self.with(-1.0, self.peak[1])]
+    }
+
+    /// g in a direction with so much of the peak.
+    #[inline(always)]
+    fn with(&self, direction: f64, peak: f64) -> f64 {
+        let base = if direction > 0.0 { self.base[0] } else { self.base[1] };
+        let level = (base + peak) * self.factor + self.local;
+        if level > 0.0 { level } else { 0.0 }
     }
 }
 

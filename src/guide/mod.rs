@@ -1,17 +1,17 @@
 //! The guide: what the moving part slides or turns on, and how it sticks and slips.
 
 mod bristle;
-mod deflection;
 mod friction;
 mod level;
 mod step;
+mod step_equation;
 pub mod stick_slip;
 
 pub use bristle::{Bristle, Sliding};
-pub use deflection::{Deflection, Deflections, GAUSSIAN};
 pub use friction::{DryFriction, Local, Stribeck};
 pub use level::Level;
 pub use step::{Coast, GAUSS, Response, StepForce};
+pub use step_equation::{GAUSSIAN, StepEquation, StepEquations};
 
 use serde::{Deserialize, Serialize};
 

@@ -4,7 +4,7 @@ use super::front::{Entry, Front};
 use super::laws::Resistance;
 use super::path::{Acting, Path};
 use super::{Command, Sample, Twin};
-use crate::guide::{Deflections, StepForce};
+use crate::guide::{StepEquations, StepForce};
 use crate::plant::Drive;
 use crate::plant::axis::{Axis, Friction, LANES, Lane, Lanes};
 
@@ -33,7 +33,7 @@ pub struct Batch {
     /// Dry friction of each direction, where nothing else acts on the guides.
     friction: Option<Friction>,
     /// Bristles of the guides, axis by axis.
-    bristles: Deflections<LANES>,
+    bristles: StepEquations<LANES>,
 }
 
 impl Batch {
@@ -59,7 +59,7 @@ impl Batch {
         }
         let front = if driven == Driven::ByControllers { front(&paths) } else { None };
         let friction = constant_friction(&paths);
-        Ok(Self { paths, axes, driven, front, friction, bristles: Deflections::default() })
+        Ok(Self { paths, axes, driven, front, friction, bristles: StepEquations::default() })
     }
 
     /// Number of twins.
@@ -148,8 +148,8 @@ impl Batch {
             let drive: Drive = path.drive(step, [now[lane], earlier[lane]], thrust(lane));
             let (coast, position) = (self.axes.coast(lane), self.axes.position(lane));
             match path.act(drive, coast, position, || None) {
-                (acting, Resistance::Bristles(deflection)) => {
-                    self.bristles.set(lane, &deflection);
+                (acting, Resistance::Bristles(equation)) => {
+                    self.bristles.set(lane, &equation);
                     waiting[lane] = Some(acting);
                 }
                 (acting, Resistance::Known(friction)) => {

@@ -3,7 +3,7 @@
 use crate::drive::motor::Circuit;
 use crate::effect::{Door, Effect, motor_factor};
 use crate::guide::stick_slip::friction;
-use crate::guide::{Coast, Deflection, DryFriction, GAUSS, Sliding, StepForce};
+use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepEquation, StepForce};
 use crate::machine::Machine;
 use crate::plant::LoadFriction;
 use crate::sensor::End;
@@ -58,7 +58,7 @@ pub(super) enum Resistance {
     /// The friction; the bristles' force stays as it is.
     Known(StepForce),
     /// The equation for the displacement.
-    Bristles(Deflection),
+    Bristles(StepEquation),
 }
 
 impl Resistance {
@@ -67,7 +67,7 @@ impl Resistance {
     pub fn resolved(&self, bristle_force: f64) -> (StepForce, f64) {
         match self {
             Self::Known(force) => (*force, bristle_force),
-            Self::Bristles(deflection) => deflection.solve(),
+            Self::Bristles(equation) => equation.solve(),
         }
     }
 }
@@ -252,7 +252,7 @@ impl Laws {
         match &self.dry.bristle {
             Some(bristle) if at_rest != [0.0; 2] => {
                 let sliding = Sliding { level, drag };
-                Resistance::Bristles(bristle.deflection(bristle_force, coast, step_s, sliding))
+                Resistance::Bristles(bristle.step_equation(bristle_force, coast, step_s, sliding))
             }
             _ if at_rest == [0.0; 2] && drag == 0.0 => Resistance::Known(StepForce::ZERO),
             _ if self.dry.varies() => Resistance::Known(friction(coast, step_s, |direction, speed| {

@@ -21,7 +21,7 @@ const PRECISION: f64 = 1e-14;
 /// Δ; κ > 0 outweighs ρ < 0, so there is one solution as long as the level changes little over one step, which safeguarded
 /// Newton steps find however stiff the bristles are.
 #[derive(Debug, Clone, Copy)]
-pub struct Deflection {
+pub struct StepEquation {
     /// Force of the bristles at the beginning.
     pub(super) begun: f64,
     pub(super) free_travel: f64,
@@ -75,7 +75,7 @@ const SEARCHED: usize = 9;
 /// Row of [`Search::is_found`].
 const IS_FOUND: usize = 5;
 
-impl Deflection {
+impl StepEquation {
     /// No axis: found at once.
     const NONE: Self = Self {
         begun: 0.0,
@@ -100,7 +100,7 @@ impl Deflection {
 
     /// The guide's force over the step, and the bristles' force at its end.
     pub fn solve(&self) -> (StepForce, f64) {
-        let mut one = Deflections::<1>::default();
+        let mut one = StepEquations::<1>::default();
         one.set(0, self);
         one.solve();
         one.answer(0)
@@ -271,27 +271,27 @@ impl Search {
 ///
 /// Each comes out to the last bit as by itself: the operations are those of one axis, on all of them at once, until the last one is found.
 #[derive(Debug, Clone)]
-pub struct Deflections<const N: usize> {
+pub struct StepEquations<const N: usize> {
     given: [[f64; N]; NUMBERS],
     searched: [[f64; N]; SEARCHED],
 }
 
-impl<const N: usize> Default for Deflections<N> {
+impl<const N: usize> Default for StepEquations<N> {
     /// N times no axis.
     fn default() -> Self {
         let found = Search { is_found: 1.0, ..Search::default() }.numbers();
         Self {
-            given: Deflection::NONE.numbers().map(|number| [number; N]),
+            given: StepEquation::NONE.numbers().map(|number| [number; N]),
             searched: found.map(|number| [number; N]),
         }
     }
 }
 
-impl<const N: usize> Deflections<N> {
+impl<const N: usize> StepEquations<N> {
     /// Puts the equation of an axis in.
-    pub fn set(&mut self, lane: usize, deflection: &Deflection) {
-        self.given.iter_mut().zip(deflection.numbers()).for_each(|(row, number)| row[lane] = number);
-        let begun = deflection.begin().numbers();
+    pub fn set(&mut self, lane: usize, equation: &StepEquation) {
+        self.given.iter_mut().zip(equation.numbers()).for_each(|(row, number)| row[lane] = number);
+        let begun = equation.begin().numbers();
         self.searched.iter_mut().zip(begun).for_each(|(row, number)| row[lane] = number);
     }
 
@@ -318,8 +318,8 @@ impl<const N: usize> Deflections<N> {
         let mut now = *searched;
         for _ in 0..MOST_ITERATIONS {
             for k in 0..N {
-                let deflection = Deflection::of_numbers(from_fn(|i| given[i][k]));
-                let search = deflection.advance(Search::of_numbers(from_fn(|i| now[i][k])), N == 1);
+                let equation = StepEquation::of_numbers(from_fn(|i| given[i][k]));
+                let search = equation.advance(Search::of_numbers(from_fn(|i| now[i][k])), N == 1);
                 let numbers = search.numbers();
                 for i in 0..SEARCHED {
                     now[i][k] = numbers[i];
@@ -333,7 +333,7 @@ impl<const N: usize> Deflections<N> {
     }
 }
 
-struct Together<'a, const N: usize>(&'a mut Deflections<N>);
+struct Together<'a, const N: usize>(&'a mut StepEquations<N>);
 
 impl<const N: usize> WithSimd for Together<'_, N> {
     type Output = ();
@@ -399,9 +399,9 @@ mod tests {
             for velocity in [0.0, 1e-7, -1e-5, 1e-3, -0.003, 0.1] {
                 for begun in [-9.0, -2.0, 0.0, 5.0, 7.0] {
                     let coast = Coast::of_mass(50.0, velocity, step);
-                    let deflection = bristle.deflection(begun, coast, step, Sliding { level, drag: 20.0 });
-                    let (force, end) = deflection.solve();
-                    let answer = deflection.over(coast.travel_under(force), true);
+                    let equation = bristle.step_equation(begun, coast, step, Sliding { level, drag: 20.0 });
+                    let (force, end) = equation.solve();
+                    let answer = equation.over(coast.travel_under(force), true);
                     let off = (force.mean - answer.mean).abs() + (end - answer.end).abs();
                     assert!(off < 1e-7, "{stiffness} {damping} {velocity} {begun}: {off}");
                 }
@@ -428,9 +428,9 @@ mod tests {
             };
             let velocity = 0.02 * (k as f64 - 2.5);
             let coast = Coast::of_mass(50.0, velocity, step);
-            bristle.deflection(3.0 - k as f64, coast, step, Sliding { level, drag: 5.0 })
+            bristle.step_equation(3.0 - k as f64, coast, step, Sliding { level, drag: 5.0 })
         };
-        let mut together = Deflections::<8>::default();
+        let mut together = StepEquations::<8>::default();
         (0..7).for_each(|k| together.set(k, &equation(k)));
         together.solve_together(Arch::new());
         for k in 0..7 {
