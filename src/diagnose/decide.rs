@@ -2,9 +2,8 @@
 //!
 //! One pure function of the evidence and the grounds for withholding. Every verdict passes here: nothing else sets one.
 
-use super::evidence::ADEQUATE_GAP;
 use super::grounds::{Grounds, Withheld};
-use super::noise::STATED_NOISE;
+use super::thresholds::{ADEQUATE_GAP, LARGELY, OPEN_SHARE, PROBABILITY, SMALL_GAP, STATED_NOISE};
 use serde::{Deserialize, Serialize};
 
 /// What a diagnosis comes to.
@@ -55,12 +54,9 @@ impl Limits {
 
 impl Default for Limits {
     fn default() -> Self {
-        Self { probability: 0.7, open_share: 1e-3, small_gap: 3.0 }
+        Self { probability: PROBABILITY, open_share: OPEN_SHARE, small_gap: SMALL_GAP }
     }
 }
-
-/// Share of a gap from which it is closed for the most part.
-pub const LARGELY_CLOSED: f64 = 0.9;
 
 /// What the evidence comes to for the most probable explanation.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -104,7 +100,7 @@ impl Evidence {
     /// Whether no more is left than noise leaves, than a small gap, or than the share that may stay open.
     pub fn leaves_little(&self, limits: &Limits) -> bool {
         let open = limits.open_share * if self.noise_is_measured { 1.0 } else { STATED_NOISE };
-        let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY_CLOSED;
+        let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY;
         self.gap_after <= ADEQUATE_GAP || is_small || self.closed >= 1.0 - open
     }
 }

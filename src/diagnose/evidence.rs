@@ -3,6 +3,7 @@
 use super::autocorrelation::autocorrelation_time;
 use super::experiment::{Experiment, HeldOut};
 use super::noise::Floor;
+use super::thresholds::ADEQUATE_GAP;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -301,11 +302,6 @@ pub struct Closed {
     pub ci95: (f64, f64),
 }
 
-/// Up to this gap nothing is left that noise would not leave: noise that was measured is known to 0.15 (logarithmic standard
-/// deviation), and 1.25 is e^(1.5·0.15).
-pub const ADEQUATE_GAP: f64 = 1.25;
-/// Share from which something is most of what there is.
-pub const MOST: f64 = 0.5;
 /// Draws of the block bootstrap.
 const DRAWS: usize = 400;
 

@@ -1,9 +1,10 @@
 //! Each training run left out in turn: what the others say of it, and how far that differs from run to run.
 
-use super::evidence::{ADEQUATE_GAP, Score};
+use super::evidence::Score;
 use super::experiment::Training;
 use super::fit::{Care, Fit, fit};
 use super::noise::Floor;
+use super::thresholds::ADEQUATE_GAP;
 use crate::error::Result;
 use crate::machine::Machine;
 use rayon::prelude::*;

@@ -2,13 +2,13 @@
 
 use super::candidate::Candidate;
 use super::decide::Limits;
-use super::evidence::{ADEQUATE_GAP, MOST, Score, bootstrap};
+use super::evidence::{Score, bootstrap};
 use super::fit::Sensitivities;
 use super::folds::Folds;
 use super::hypothesis::EffectSet;
+use super::prior::{PRICE_PER_EFFECT, overwhelming, price};
 use super::proposals::Proposals;
-use super::wald::SIGNIFICANCE;
-use crate::effect::EffectId;
+use super::thresholds::{ADEQUATE_GAP, MOST, SIGNIFICANCE};
 use std::collections::BTreeMap;
 
 /// What the search found.
@@ -38,13 +38,6 @@ pub(super) struct Base {
     pub(super) sensitivities: Sensitivities,
     pub(super) proposals: Proposals,
 }
-
-/// An effect more must be worth this much log-likelihood: a prior of 1 in 100 for each effect.
-pub const PRICE_PER_EFFECT: f64 = 4.605;
-/// Log-likelihood by which a cause must predict better than a twin that leaves no gap once it is calibrated, or beside noise that is stated too large. By chance a likelihood ratio on runs that were not fitted
-/// exceeds e²⁰ with a probability of e⁻²⁰ at most (its expectation is 1; Markov's inequality), and one of the 5·10⁶ sets of up to six of 41 effects does
-/// with 1.1 %, as far as the noise model holds.
-const OVERWHELMING: f64 = 20.0;
 
 impl Found {
     pub(super) fn effects(&self) -> &EffectSet {
@@ -85,7 +78,7 @@ impl Found {
 
     fn overwhelms(&self) -> bool {
         self.chosen != 0
-            && self.likelihood(self.chosen) - self.likelihood(0) > OVERWHELMING
+            && self.likelihood(self.chosen) - self.likelihood(0) > overwhelming()
             && self.beyond_chance(self.chosen, 0)
     }
 
@@ -249,15 +242,6 @@ impl Found {
     }
 }
 
-/// What a set of effects must be worth in log-likelihood, beside a twin that has those `stated`.
-pub fn price(effects: &EffectSet, stated: &EffectSet) -> f64 {
-    // Numbers of what is there are found beyond their tolerance more often than something new comes: of two that predict alike, the
-    // change is ten times likelier.
-    let of =
-        |effect: &EffectId| if stated.contains(effect) { 0.5 * PRICE_PER_EFFECT } else { PRICE_PER_EFFECT };
-    effects.iter().map(|effect| of(effect) + effect.rarity()).sum()
-}
-
 fn reference(candidates: &[Candidate]) -> &Score {
     let least = |a: &&Candidate, b: &&Candidate| a.left().total_cmp(&b.left());
     // There is always the candidate that leaves the twin as it is.
@@ -276,6 +260,7 @@ pub(super) mod tests {
     use crate::diagnose::free::tests::number;
     use crate::diagnose::hypothesis::tests::hypothesis;
     use crate::diagnose::predictive::Predictive;
+    use crate::effect::EffectId;
 
     pub(in crate::diagnose) const COULOMB: EffectId = EffectId::CoulombFriction;
     pub(in crate::diagnose) const BACKLASH: EffectId = EffectId::Backlash;

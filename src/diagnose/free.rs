@@ -1,5 +1,6 @@
 //! A number that a fit may choose, and its prior.
 
+use super::prior::TOLERANCE_SIGMAS;
 use crate::effect::EffectId;
 
 /// Why a number is free.
@@ -51,10 +52,6 @@ impl LogNormal {
         Self { median: (low * high).sqrt(), sd: (high / low).ln() / (2.0 * TOLERANCE_SIGMAS) }
     }
 }
-
-/// A tolerance, or half of where machines usually have the logarithm of a number, is so many standard deviations of what it is
-/// usually off by, where twins are fitted and where they are judged.
-pub(super) const TOLERANCE_SIGMAS: f64 = 2.0;
 
 impl Free {
     /// How many standard deviations of its prior a number is off its median: the tolerance of a calibrated constant, what machines have

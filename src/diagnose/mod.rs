@@ -55,6 +55,7 @@ pub mod place;
 pub mod play;
 mod posterior;
 mod predictive;
+mod prior;
 pub mod proposals;
 pub mod prove;
 pub mod residual_whiteness;
@@ -68,6 +69,7 @@ mod settle;
 pub mod shape;
 mod short_travel;
 pub mod smooth;
+pub mod thresholds;
 pub mod untested;
 pub mod verdict;
 pub mod visibility;
@@ -347,7 +349,7 @@ impl<'a> Ready<'a> {
         improved: &Machine,
         floor: &Floor,
     ) -> Result<Option<shape::Shape>> {
-        if verdict == Verdict::NoGap || gap <= evidence::ADEQUATE_GAP {
+        if verdict == Verdict::NoGap || gap <= thresholds::ADEQUATE_GAP {
             return Ok(None);
         }
         shape::shape(improved, self.held_out.runs(), floor).map(Some)

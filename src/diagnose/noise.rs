@@ -5,6 +5,7 @@ mod standstill;
 mod vibration;
 
 use super::experiment::Experiment;
+use super::thresholds::STATED_NOISE;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -44,10 +45,6 @@ pub struct Floor {
     shares: BTreeMap<Signal, f64>,
 }
 
-/// Noise that is only stated is known to 0.5 (logarithmic standard deviation): its power may be e^(2·1.15) = 10 times what is stated, or a
-/// tenth, at 2.3 standard deviations. Noise seen at standstill bears out the stated one where it is no less than that: a stuck axis is
-/// quieter than a moving one.
-pub const STATED_NOISE: f64 = 10.0;
 /// Floors this close in RMS are the same.
 const SAME_FLOOR: f64 = 0.1;
 /// Fraction of a signal's RMS below which a floor would only measure rounding of numbers.

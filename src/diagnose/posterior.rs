@@ -2,7 +2,8 @@
 
 use super::candidate::Candidate;
 use super::evidence::{Score, bootstrap};
-use super::found::{DRAWS, Found, price};
+use super::found::{DRAWS, Found};
+use super::prior::price;
 
 /// Posterior probabilities of the candidates: likelihood times prior, averaged over a bootstrap of the
 /// held-out blocks, so that evidence resting on a few blocks counts less. One that has details beside the chosen one counts as that: in both the

@@ -1,9 +1,10 @@
 //! The proof on another plant: the gap before and after, once more in the rigid-body scene.
 
-use super::evidence::{Closed, MOST, Score, closed};
+use super::evidence::{Closed, Score, closed};
 use super::experiment::Experiment;
 use super::json;
 use super::noise::Floor;
+use super::thresholds::MOST;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::rapier::Rig;

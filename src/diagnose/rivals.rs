@@ -1,8 +1,9 @@
 //! Explanations that stand beside the chosen one.
 
 use super::candidate::Candidate;
-use super::found::{Found, price};
+use super::found::Found;
 use super::hypothesis::EffectSet;
+use super::prior::price;
 
 /// Explanations closer than this in log-likelihood predict equally well (a factor of 20 in likelihood).
 pub const INDISTINCT: f64 = 3.0;

@@ -1,10 +1,10 @@
 //! The signal path cut at every logged signal: which stretch of it disagrees with the twin.
 
-use super::evidence::ADEQUATE_GAP;
 use super::experiment::Experiment;
 use super::motion::Motion;
 use super::noise::Floor;
 use super::place::Share;
+use super::thresholds::ADEQUATE_GAP;
 use crate::controller::Input;
 use crate::drive::amplifier::SplitDelay;
 use crate::drive::motor::{Circuit, CircuitStep};

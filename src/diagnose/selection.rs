@@ -13,6 +13,7 @@ use super::hypothesis::{EffectSet, Hypothesis, has_modified, with_modified};
 use super::motion;
 use super::posterior::posterior;
 use super::predictive::{Predictive, predictive};
+use super::prior::MOST_EFFECTS;
 use super::proposals::{Proposals, members};
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -40,8 +41,6 @@ pub struct Search<'a> {
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }
 
-/// More effects than this are not named at once: friction with its features is four.
-pub(super) const MOST_EFFECTS: usize = 6;
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
 /// So many of the next best explanations are built upon where the best one leaves too much open.

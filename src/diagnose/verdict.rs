@@ -8,7 +8,6 @@ pub use super::parameter::Parameter;
 pub use super::phase::RunPhase;
 pub use super::place::{Band, Share, Where};
 
-use super::decide::LARGELY_CLOSED;
 use super::identifiability::Identifiability;
 use super::json;
 use super::next_experiment::NextExperiment;
@@ -16,6 +15,7 @@ use super::noise::Source;
 use super::prove::RigidBody;
 use super::residual_whiteness::ResidualWhiteness;
 use super::shape::Shape;
+use super::thresholds::LARGELY;
 use super::untested::Untested;
 use super::visibility::NotExamined;
 use crate::recording::{Cut, Samples};
@@ -157,7 +157,7 @@ impl Diagnosis {
             && self.withheld.is_none()
             && !self.causes.is_empty()
             && self.causes.iter().all(|cause| cause.probability >= self.limits.probability)
-            && self.gap.closed_beside_calibration >= LARGELY_CLOSED
+            && self.gap.closed_beside_calibration >= LARGELY
     }
 }
 
@@ -205,7 +205,7 @@ impl Reference {
     /// None does where its data are faulty, or in the rigid-body scene it fails.
     pub fn is_explained(&self) -> bool {
         let may_be = matches!(self.withheld, None | Some(Veto::Unidentified));
-        self.verdict != Verdict::Unknown || may_be && self.open_share() <= 1.0 - LARGELY_CLOSED
+        self.verdict != Verdict::Unknown || may_be && self.open_share() <= 1.0 - LARGELY
     }
 
     /// Share of its gap's power above noise that the baseline leaves open.

@@ -1,11 +1,9 @@
 //! Wald's test: whether an effect's parameters differ from the twin's beyond chance.
 
 use super::free::Free;
+use super::thresholds::SIGNIFICANCE;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-/// Probability with which an effect that is not there shows.
-pub(super) const SIGNIFICANCE: f64 = 0.05;
 
 /// Whether an effect's parameters, at these places, differ from the twin's beyond chance, one of them or all together (Wald's test);
 /// `covariance` is in units of their scales.

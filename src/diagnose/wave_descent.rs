@@ -1,7 +1,7 @@
 //! Sets of waves with their harmonics, fitted to what is known of a function of place.
 
 use super::care::ARRIVED;
-use super::free::TOLERANCE_SIGMAS;
+use super::prior::TOLERANCE_SIGMAS;
 use super::wave_basis::WaveBasis;
 use crate::singular::decomposed;
 use nalgebra::{DMatrix, DVector};

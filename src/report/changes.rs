@@ -6,7 +6,7 @@ use super::number::{moved, percent, plain, ratio, twin, value, with_interval};
 use super::remains::remains;
 use super::words::{described, is_resolved, name, placed, times_noise};
 use crate::diagnose::Verdict;
-use crate::diagnose::evidence::ADEQUATE_GAP;
+use crate::diagnose::thresholds::ADEQUATE_GAP;
 use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Reference};
 use crate::units::Motion;
 

@@ -366,6 +366,107 @@ fn exact_machine_named_in_code_is_caught() {
     assert_eq!(machines_in("// as a Kollmorgen drive"), ["kollmorgen"]);
 }
 
+/// Every number that decides a verdict, by its name in `thresholds.rs`.
+const MOST_THRESHOLDS: usize = 10;
+/// Files of the diagnosis whose predicates give, withhold or change a verdict, and the numbers of their own that say how something is computed.
+const DECIDING: [(&str, &[&str]); 22] = [
+    ("decide", &[]),
+    ("grounds", &[]),
+    ("found", &[]),
+    ("verdict", &[]),
+    ("wald", &[]),
+    ("posterior", &[]),
+    ("settle", &[]),
+    ("borne_out", &[]),
+    ("outcome", &[]),
+    ("attribute", &[]),
+    ("floors", &[]),
+    ("folds", &["STUDENT", "1.21", "1.4"]), // a table of a distribution, and its series beyond
+    ("evidence", &["LARGEST", "1e-300"]), // what a residual that is no number counts as, and no division by zero
+    ("candidate", &["EDGE", "1e3"]),      // rounding at the bound of a range
+    ("prove", &["LONGEST_S"]),            // what the rigid-body scene has time for
+    ("check/mod", &[]),
+    ("check/late", &[]),
+    ("check/shift", &[]),
+    ("check/sign", &[]),
+    ("check/unit", &[]),
+    ("check/law", &["EXACT", "FITS"]), // rounding, and what follows from a threshold
+    ("check/alignment", &["AGREE_SAMPLES", "STAIRCASE"]), // what is told of several runs as one, when a staircase acts
+];
+/// Numbers that need no name: nothing, all, halves and doubles, per cent, the ends of a 95 % interval.
+const PLAIN: [&str; 7] = ["0.0", "0.5", "1.0", "2.0", "100.0", "0.025", "0.975"];
+/// Files with tables of units.
+const TABLES: [&str; 1] = ["check/unit"];
+
+/// Names of the numbers that a file states before its tests.
+fn named_numbers(text: &str) -> Vec<String> {
+    let own = text.split("#[cfg(test)]").next().unwrap();
+    let name = |line: &str| {
+        let rest = line.trim_start().split_once("const ")?.1;
+        let (name, kind) = rest.split_once(':')?;
+        (kind.trim_start().starts_with("f64") || kind.trim_start().starts_with("[f64"))
+            .then(|| name.to_owned())
+    };
+    own.lines().filter(|line| !line.trim_start().starts_with("//")).filter_map(name).collect()
+}
+
+/// Numbers with a point or an exponent in the code of a file before its tests, those of named ones and [`PLAIN`] ones left out.
+fn nameless_numbers(text: &str) -> Vec<String> {
+    let code = code_of(text.split("#[cfg(test)]").next().unwrap());
+    let lines = code.lines().filter(|line| !line.contains("const "));
+    lines.flat_map(floats).filter(|number| !PLAIN.contains(&number.as_str())).collect()
+}
+
+/// Numbers of a line of code that have a point and a digit after it, or an exponent; fields of tuples and ranges are none.
+fn floats(line: &str) -> Vec<String> {
+    let (mut floats, mut rest, mut before) = (Vec::new(), line, ' ');
+    while let Some(first) = rest.chars().next() {
+        let digits = |text: &str| text.find(|c: char| !c.is_ascii_digit() && c != '_').unwrap_or(text.len());
+        let begins = first.is_ascii_digit() && !before.is_alphanumeric() && !matches!(before, '_' | '.');
+        let mut end = if begins { digits(rest) } else { first.len_utf8() };
+        let whole = end;
+        if begins && rest[end..].starts_with('.') && rest[end + 1..].starts_with(|c: char| c.is_ascii_digit())
+        {
+            end += 1 + digits(&rest[end + 1..]);
+        }
+        if begins && rest[end..].starts_with('e') {
+            let sign = usize::from(rest[end + 1..].starts_with('-'));
+            end += 1 + sign + digits(&rest[end + 1 + sign..]);
+        }
+        if end > whole {
+            floats.push(rest[..end].trim_end_matches('_').to_owned());
+        }
+        before = rest[..end].chars().next_back().unwrap();
+        rest = &rest[end..];
+    }
+    floats
+}
+
+#[test]
+fn exact_at_most_ten_numbers_decide_a_verdict() {
+    let read = |file: &str| std::fs::read_to_string(root().join(format!("src/diagnose/{file}.rs"))).unwrap();
+    let thresholds = named_numbers(&read("thresholds"));
+    assert!((5..=MOST_THRESHOLDS).contains(&thresholds.len()), "{thresholds:?}");
+    let strange = |(file, known): &(&str, &[&str])| {
+        let text = read(file);
+        let nameless = if TABLES.contains(file) { Vec::new() } else { nameless_numbers(&text) };
+        let all = named_numbers(&text).into_iter().chain(nameless);
+        let others: Vec<String> = all.filter(|name| !known.contains(&name.as_str())).collect();
+        others.into_iter().map(|name| format!("src/diagnose/{file}.rs: {name}")).collect::<Vec<_>>()
+    };
+    let offences: Vec<String> = DECIDING.iter().flat_map(strange).collect();
+    assert_none("numbers that decide a verdict outside thresholds.rs", &offences);
+}
+
+#[test]
+fn exact_named_number_is_caught() {
+    let text = "/// const A: f64 = 1.0;\npub(super) const B: f64 = 2.0;\n    const C: [f64; 2] = [0.0; 2];\nconst D: usize = 3;\n\
+                #[cfg(test)]\nconst E: f64 = 1.0;";
+    assert_eq!(named_numbers(text), ["B", "C"]);
+    let text = "// 0.7\nlet a = 0.7 * b[0].max(2.0) + c.0.1 + 3.5.sqrt() + (0..4) + 2e-3;\nconst F: f64 = 0.3;\n#[cfg(test)]\nlet d = 9.5;";
+    assert_eq!(nameless_numbers(text), ["0.7", "3.5", "2e-3"]);
+}
+
 #[test]
 fn exact_no_source_file_is_too_long() {
     let mut offences = Vec::new();

@@ -10,20 +10,13 @@
 use super::late::{Late, What};
 use super::law::{Says, VelocitySource, estimated, law};
 use super::projection::{Basis, spread};
-use super::shift::{LEAST_SAMPLES, Shift};
+use super::shift::{Shift, is_a_row};
 use super::smoothed::Smoothed;
+use crate::diagnose::thresholds::{BEYOND_CHANCE, LARGELY, MOST};
 use crate::drive::motor::Circuit;
 use crate::machine::Machine;
 use crate::recording::Signal;
 
-/// A shift must take away this share of what is unexplained of a velocity: it is computed from the position, so
-/// next to nothing else can be left.
-const EXPLAINS_VELOCITY: f64 = 0.8;
-/// And this share of what is unexplained of a force: unmodelled forces are left, but where they are most of it a
-/// shift may be their doing.
-const EXPLAINS_FORCE: f64 = 0.5;
-/// A force that a shift explains to this share is late: what no shift explains (backlash, ripple, yielding parts) is a small part then.
-const CERTAIN_FORCE: f64 = 0.9;
 /// Shifts of one channel in several runs count as one when they agree to so many samples.
 const AGREE_SAMPLES: f64 = 0.25;
 /// A staircase acts half a sample after it is commanded.
@@ -32,11 +25,13 @@ const STAIRCASE: f64 = 0.5;
 /// The channels of a run that are late.
 pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
     let mut late: Vec<Late> = load(smoothed).into_iter().collect();
+    // Unmodelled forces are left beside a shift. Where they are most of it a shift may be their doing; where they are a small part (backlash, ripple,
+    // yielding parts) the force is late.
     let forces: Vec<(Signal, f64, bool)> = [Signal::Current, Signal::Thrust]
         .into_iter()
         .filter_map(|signal| Some((signal, force(machine, smoothed, signal)?)))
-        .filter(|(_, shift)| shift.is_real() && shift.explains() >= EXPLAINS_FORCE)
-        .map(|(signal, shift)| (signal, shift.samples, shift.explains() >= CERTAIN_FORCE))
+        .filter(|(_, shift)| shift.is_real() && shift.explains() >= MOST)
+        .map(|(signal, shift)| (signal, shift.samples, shift.explains() >= LARGELY))
         .collect();
     let (loop_says, mut velocity, is_stated) = loop_and_velocity(machine, smoothed);
     // By how much the position itself is late, where that is known.
@@ -60,8 +55,8 @@ pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
     };
     let is_law_known = position.is_some();
     let first = forces.iter().map(|(_, samples, _)| *samples).fold(0.0, f64::min);
-    if position.is_none() && first <= -LEAST_SAMPLES {
-        let agrees = velocity.is_some_and(|velocity| (velocity - first).abs() <= LEAST_SAMPLES);
+    if position.is_none() && first < 0.0 && is_a_row(first) {
+        let agrees = velocity.is_some_and(|velocity| !is_a_row(velocity - first));
         let what = if agrees { What::Position } else { What::Undecided };
         // Between motor and load something may yield.
         late.push(Late { signal: Signal::Position, samples: -first, what, is_certain: false });
@@ -69,12 +64,12 @@ pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
     }
     let position = position.unwrap_or(0.0);
     for (signal, samples, explained) in forces {
-        if samples + position >= LEAST_SAMPLES {
+        if samples + position > 0.0 && is_a_row(samples + position) {
             let is_certain = explained && is_law_known;
             late.push(Late { signal, samples: samples + position, what: What::Force, is_certain });
         }
     }
-    if let Some(samples) = velocity.map(|velocity| velocity + position).filter(|s| s.abs() >= LEAST_SAMPLES) {
+    if let Some(samples) = velocity.map(|velocity| velocity + position).filter(|s| is_a_row(*s)) {
         let what = if samples > 0.0 { What::Velocity } else { What::VelocityAhead };
         late.push(Late { signal: Signal::Velocity, samples: samples.abs(), what, is_certain: is_stated });
     }
@@ -110,10 +105,12 @@ fn witness(machine: &Machine, smoothed: &Smoothed, samples: f64) -> Witness {
     let direct = matches!(machine.constants().circuit, Circuit::Direct { .. });
     let channels = [Some(Signal::Current), Some(Signal::Thrust), direct.then_some(Signal::ControlEffort)];
     let shifts = channels.into_iter().flatten().filter_map(|signal| force(machine, smoothed, signal));
-    let known: Vec<f64> =
-        shifts.filter(|shift| shift.standard_error < 0.25 * samples).map(|shift| shift.samples).collect();
+    let known: Vec<f64> = shifts
+        .filter(|shift| BEYOND_CHANCE * shift.standard_error < samples)
+        .map(|shift| shift.samples)
+        .collect();
     match known.iter().copied().fold(f64::INFINITY, f64::min) {
-        ahead if ahead <= -0.5 * samples => Witness::For,
+        ahead if ahead <= -MOST * samples => Witness::For,
         f64::INFINITY => Witness::Silent,
         _ => Witness::Against,
     }
@@ -157,7 +154,8 @@ fn velocity(machine: &Machine, smoothed: &Smoothed) -> Option<Shift> {
     let position = smoothed.signal(Signal::Position)?;
     let expected = estimated(&machine.description().encoder.velocity, position, smoothed.period_s);
     let shift = behind(samples, vec![expected], smoothed, &smoothed.inner)?;
-    (!shift.is_real() || shift.explains() >= EXPLAINS_VELOCITY).then_some(shift)
+    // It is computed from the position, so that next to nothing else can be left.
+    (!shift.is_real() || shift.explains() >= LARGELY).then_some(shift)
 }
 
 /// A force behind the motion that it causes.
@@ -179,7 +177,7 @@ fn load(smoothed: &Smoothed) -> Option<Late> {
     let samples = smoothed.signal(Signal::LoadPosition)?;
     let position = smoothed.signal(Signal::Position)?.to_vec();
     let shift = behind(samples, vec![position], smoothed, &smoothed.inner)?;
-    let late = shift.is_real() && shift.samples > 0.0 && shift.explains() >= EXPLAINS_VELOCITY;
+    let late = shift.is_real() && shift.samples > 0.0 && shift.explains() >= LARGELY;
     late.then_some(Late {
         signal: Signal::LoadPosition,
         samples: shift.samples,

@@ -4,20 +4,23 @@ use super::projection::{Basis, dot, spread};
 use super::shift::Shift;
 use super::smoothed::Smoothed;
 use crate::controller::{Controller, Filters};
+use crate::diagnose::thresholds::{LARGELY, MOST};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::sensor::{VelocityEstimate, VelocityMemory};
 
 /// Unexplained share of the effort up to which the law is taken for the one that ran: a controller computes from
 /// the very readings that were logged, so no physics comes between, only rounding and unequal gains.
-const FITS: f64 = 0.01;
+///
+/// Its root, the share of the amplitude, is the small rest of what is explained largely.
+const FITS: f64 = (1.0 - LARGELY) * (1.0 - LARGELY);
 /// An unexplained share below this is rounding: nothing is left that a shift could explain.
 const EXACT: f64 = 1e-8;
-/// A shift must take away this share of what the law leaves unexplained without it: what a law computes from
-/// aligned readings is exact, so the true shift leaves next to nothing.
-const EXPLAINS: f64 = 0.9;
-/// Two shifts are told apart when one leaves this many times less than the other.
-const TOLD_APART: f64 = 3.0;
+
+/// Whether one share of the power is clearly less than another: less than half in amplitude.
+fn is_clearly_less(one: f64, other: f64) -> bool {
+    one < MOST * MOST * other
+}
 
 /// What the control law says of the channels that it connects.
 #[derive(Debug, Clone, PartialEq)]
@@ -44,7 +47,7 @@ impl Law {
 
     /// Whether this law fits clearly better than another that is not exact itself.
     pub fn beats(&self, other: &Self) -> bool {
-        other.left > EXACT && self.left * TOLD_APART < other.left
+        other.left > EXACT && is_clearly_less(self.left, other.left)
     }
 }
 
@@ -60,9 +63,10 @@ pub fn law(machine: &Machine, smoothed: &Smoothed, velocity: VelocitySource) -> 
     let find = |signal| {
         Some((signal, Shift::find(smoothed.most_shift, variance, |shift| relation.residual(signal, shift))?))
     };
-    // A channel can only be late: early ones are all the others late.
+    // A channel can only be late: early ones are all the others late. What a law computes from aligned readings is exact, so that the true shift
+    // leaves next to nothing.
     let explains = |(_, shift): &(Signal, Shift)| {
-        shift.samples > 0.0 && shift.is_real() && shift.explains() > EXPLAINS && shift.after < FITS
+        shift.samples > 0.0 && shift.is_real() && shift.explains() > LARGELY && shift.after < FITS
     };
     let now = relation.residual(Signal::ControlEffort, 0);
     let left = dot(&now, &now) / variance;
@@ -72,7 +76,7 @@ pub fn law(machine: &Machine, smoothed: &Smoothed, velocity: VelocitySource) -> 
         late = channels.into_iter().filter_map(find).filter(explains).collect();
     }
     let least = late.iter().map(|(_, shift)| shift.after).fold(f64::INFINITY, f64::min);
-    late.retain(|(_, shift)| shift.after <= TOLD_APART * least.max(EXACT));
+    late.retain(|(_, shift)| !is_clearly_less(least.max(EXACT), shift.after));
     match late.is_empty() {
         false => Law { says: Says::Late(late), left: least },
         true if left <= FITS => Law { says: Says::InTime, left },

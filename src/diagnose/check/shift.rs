@@ -1,11 +1,13 @@
 //! By how many samples one signal lies behind another.
 
 use super::projection::{dot, standard_error};
+use crate::diagnose::thresholds::BEYOND_CHANCE;
 
-/// Where within its period a channel is sampled is not stated anywhere: less than half a period means nothing.
-pub const LEAST_SAMPLES: f64 = 0.5;
-/// Standard errors from zero that a shift must lie: with the pieces' own scatter, beyond chance in any recording.
-const LEAST_SIGNIFICANCE: f64 = 5.0;
+/// Whether a channel that lies so many samples behind (or ahead) is at least a row off, rounded: where within its period a channel is sampled is not stated
+/// anywhere, and a column can be moved by whole rows only.
+pub fn is_a_row(samples: f64) -> bool {
+    samples.round() != 0.0
+}
 
 /// A shift found by least squares.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -66,7 +68,7 @@ impl Shift {
 
     /// Whether it is neither chance nor within a sample's own width.
     pub fn is_real(&self) -> bool {
-        self.samples.abs() >= LEAST_SAMPLES && self.samples.abs() >= LEAST_SIGNIFICANCE * self.standard_error
+        is_a_row(self.samples) && self.samples.abs() >= BEYOND_CHANCE * self.standard_error
     }
 
     /// The share of what was unexplained that the shift takes away.

@@ -4,18 +4,9 @@ use super::inertia::{FORCE, Inertia};
 use super::projection::{Basis, Coefficient, spread};
 use super::smoothed::Smoothed;
 use super::{Check, Finding};
+use crate::diagnose::thresholds::{BEYOND_CHANCE, LARGELY, MOST};
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
-
-/// Share of a channel that its counterpart, negative, must explain: a badly predicted channel is not a swapped one.
-const LEAST_EXPLAINED: f64 = 0.5;
-/// And standard errors by which the coefficient must lie below zero.
-const LEAST_SIGNIFICANCE: f64 = 5.0;
-
-/// From this share on nothing but a sign can be wrong.
-const CERTAINLY_EXPLAINED: f64 = 0.9;
-/// A force is as certainly mirrored where it is, within this factor, what moves the stated mass the other way.
-const WITHIN: f64 = 2.0;
 
 /// The channels of a run that go the wrong way.
 #[derive(Debug, Clone, Default)]
@@ -72,7 +63,7 @@ impl Signs {
         {
             if let Some((_, share)) = direction(signal, other).filter(|(way, _)| *way == wrong) {
                 let against = if mirrored { Against::Reference } else { Against::Position };
-                let is_certain = is_settled && share >= CERTAINLY_EXPLAINED;
+                let is_certain = is_settled && share >= LARGELY;
                 swapped.push(Swapped { signal, against, is_certain });
             }
         }
@@ -95,13 +86,13 @@ impl Signs {
 }
 
 fn is_known(inertia: &Inertia) -> bool {
-    inertia.mass.significance() >= LEAST_SIGNIFICANCE && inertia.explained >= LEAST_EXPLAINED
+    inertia.mass.significance() >= BEYOND_CHANCE && inertia.explained >= MOST
 }
 
-/// Whether a force is what moves the stated mass, one way or the other.
+/// Whether a force is what moves the stated mass, one way or the other: most of that, and not much more.
 fn is_stated_mass(inertia: &Inertia, stated: f64) -> bool {
     let ratio = inertia.mass.value.abs() / stated;
-    inertia.explained >= CERTAINLY_EXPLAINED && (1.0 / WITHIN..WITHIN).contains(&ratio)
+    inertia.explained >= LARGELY && (MOST..1.0 / MOST).contains(&ratio)
 }
 
 fn finding(run: &Run, swapped: Swapped) -> Finding {
@@ -135,11 +126,11 @@ enum Direction {
     Against,
 }
 
-/// Whether `y` is, for the most part, a positive or a negative multiple of `x` (each about its mean), and the share of it that is.
+/// Whether `y` is, for the most part (a badly predicted channel is not a swapped one), a positive or a negative multiple of `x` (each about its mean), and the share of it that is.
 fn direction(y: &[f64], x: &[f64]) -> Option<(Direction, f64)> {
     let constant = Basis::of([vec![1.0; x.len()]]);
     let slope = Coefficient::of(x, &constant, y)?;
     let share = slope.value * slope.value * spread(x) / spread(y);
-    let known = slope.significance() >= LEAST_SIGNIFICANCE && share >= LEAST_EXPLAINED;
+    let known = slope.significance() >= BEYOND_CHANCE && share >= MOST;
     known.then_some((if slope.value < 0.0 { Direction::Against } else { Direction::Along }, share))
 }

@@ -3,20 +3,10 @@
 use super::inertia::{FORCE, Inertia};
 use super::smoothed::Smoothed;
 use super::{Check, Finding};
+use crate::diagnose::thresholds::{BEYOND_CHANCE, CERTAIN_FACTOR, MOST};
 use crate::machine::Machine;
 use crate::recording::{Run, Signal, plausibility};
 use crate::units::{Dimension, Motion};
-
-/// Factor within which the implied mass must meet a unit's: a load may add half of the moving part, not nine tenths
-/// of ten times it.
-const WITHIN: f64 = 1.5;
-/// Share of the force that the motion must explain, and standard errors of the implied mass from zero, before
-/// its size means anything.
-const LEAST_EXPLAINED: f64 = 0.5;
-const LEAST_SIGNIFICANCE: f64 = 10.0;
-
-/// From this factor on, or below its inverse, nothing but a unit is that far off; ten times may be a mass that nobody stated.
-const CERTAIN_FACTOR: f64 = 100.0;
 
 /// Units of motion that contradict each other, and forces that do not fit the moving mass.
 pub fn unit(run: &Run, machine: &Machine, smoothed: &Smoothed) -> Vec<Finding> {
@@ -45,7 +35,8 @@ pub fn unit(run: &Run, machine: &Machine, smoothed: &Smoothed) -> Vec<Finding> {
         .collect();
     let force = FORCE.into_iter().filter_map(|signal| {
         let inertia = Inertia::of(machine, smoothed, signal)?;
-        let known = inertia.explained >= LEAST_EXPLAINED && inertia.mass.significance() >= LEAST_SIGNIFICANCE;
+        // Before its size means anything the motion must explain the force.
+        let known = inertia.explained >= MOST && inertia.mass.significance() >= BEYOND_CHANCE;
         let ratio = inertia.mass.value.abs() / machine.constants().moving_mass;
         let (factor, unit) = known.then(|| likely(signal, run.motion(), ratio)).flatten()?;
         let (key, word) = (signal.key(run.motion()), signal.word(run.motion()));
@@ -77,7 +68,8 @@ fn likely(signal: Signal, motion: Motion, ratio: f64) -> Option<UnitFactor> {
         Dimension::Voltage => &[(1e3, "mV"), (1e-3, "kV"), (10.0, "% of 10 V")],
         _ => &[],
     };
-    let near = |factor: f64| ratio <= factor * WITHIN && ratio >= factor / WITHIN;
+    // A load may add nearly as much as the moving part, not nine times it.
+    let near = |factor: f64| ratio < factor / MOST && ratio > factor * MOST;
     units.iter().copied().find(|(factor, _)| near(*factor))
 }
 

@@ -6,9 +6,9 @@
 mod residual;
 mod scales;
 
-use super::evidence::ADEQUATE_GAP;
 use super::experiment::Experiment;
 use super::motion::Motion;
+use super::thresholds::ADEQUATE_GAP;
 use super::visibility::NotExamined;
 use crate::effect::{EffectId, Stretch};
 use crate::error::Result;

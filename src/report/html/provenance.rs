@@ -2,9 +2,8 @@
 
 use super::page::{Part, command as unbroken};
 use crate::diagnose::Diagnosis;
-use crate::diagnose::decide::{LARGELY_CLOSED, Limits};
-use crate::diagnose::evidence::ADEQUATE_GAP;
-use crate::diagnose::noise::STATED_NOISE;
+use crate::diagnose::decide::Limits;
+use crate::diagnose::thresholds::{ADEQUATE_GAP, LARGELY, STATED_NOISE};
 use crate::report::figure::escape;
 use crate::report::stretches;
 
@@ -35,7 +34,7 @@ fn limits(limits: &Limits) -> String {
          or {} % of the gap's power ({} % where the noise is only stated)",
         limits.probability,
         limits.small_gap,
-        number(100.0 * LARGELY_CLOSED),
+        number(100.0 * LARGELY),
         number(100.0 * limits.open_share),
         number(100.0 * STATED_NOISE * limits.open_share),
     )

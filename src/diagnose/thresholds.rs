@@ -1,0 +1,40 @@
+//! Every number that decides a verdict, and why it is what it is.
+//!
+//! A number decides a verdict where another value of it may give another verdict, or other causes, from the same likelihoods, intervals and
+//! gaps. There are no others in the diagnosis: the priors stand in `prior`, and what else is named says how a model is computed or how long a search looks.
+//! The first three are the defaults of [`Limits`](super::decide::Limits), which a report prints.
+
+/// Posterior probability from which something is decided: odds of seven to three. A user may ask for more.
+pub const PROBABILITY: f64 = 0.7;
+
+/// Share of the gap's power that may stay open: 3 % of its amplitude, as well as stated constants and the form of a law are known.
+pub const OPEN_SHARE: f64 = 1e-3;
+
+/// What may stay open of a gap that is closed to [`LARGELY`], as a multiple of the noise: its expanded uncertainty at three standard deviations.
+pub const SMALL_GAP: f64 = 3.0;
+
+/// Up to this gap nothing is left that noise would not leave: noise that was measured is known to 0.15 (logarithmic standard
+/// deviation), and 1.25 is e^(1.5·0.15).
+pub const ADEQUATE_GAP: f64 = 1.25;
+
+/// Noise that is only stated is known to 0.5 (logarithmic standard deviation): its power may be e^(2·1.15) = 10 times what is stated, or a
+/// tenth, at 2.3 standard deviations. Noise seen at standstill bears out the stated one where it is no less than that: a stuck axis is
+/// quieter than a moving one.
+pub const STATED_NOISE: f64 = 10.0;
+
+/// Share from which something is explained, or closed, but for a small rest: the rest is a tenth of it.
+pub const LARGELY: f64 = 0.9;
+
+/// Share from which something is most of what there is: more than all others together.
+pub const MOST: f64 = 0.5;
+
+/// Probability with which an effect that is not there shows: the usual level of a test (R. A. Fisher, 1925, *Statistical Methods for
+/// Research Workers*).
+pub const SIGNIFICANCE: f64 = 0.05;
+
+/// Standard errors beyond which a coefficient or a shift of a column is not chance: 6·10⁻⁷ by chance, so that none of a thousand recordings with ten
+/// columns has one.
+pub const BEYOND_CHANCE: f64 = 5.0;
+
+/// From this factor on, or below its inverse, nothing but a unit is that far off; ten times may be a mass that nobody stated.
+pub const CERTAIN_FACTOR: f64 = 100.0;
