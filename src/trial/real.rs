@@ -1,6 +1,7 @@
 //! A forged machine as it really is: its file, what its nominal parameters are off by, and the effects that act.
 
 use super::nominal::{self, NominalErrors};
+use crate::drive::motor::Circuit;
 use crate::effect::{Constants, EffectId};
 use crate::error::Result;
 use crate::machine::{Machine, Tolerance};
@@ -65,6 +66,16 @@ pub struct Real<'a> {
     nominal: NominalErrors,
     known: Vec<Acting>,
     quiet: Constants,
+    shift: Option<Shift>,
+}
+
+/// By how much a number of an effect is moved where the effect is hidden: a hidden viscous coefficient takes the place of the stated one, with the
+/// tolerance of the stated one.
+#[derive(Debug, Clone, Copy)]
+struct Shift {
+    effect: EffectId,
+    parameter: usize,
+    by: f64,
 }
 
 impl<'a> Real<'a> {
@@ -75,7 +86,7 @@ impl<'a> Real<'a> {
     /// Values that the description refuses.
     pub fn new(machine: &'a Machine, nominal: NominalErrors, known: Vec<Acting>) -> Result<Self> {
         let quiet = with_effects(&nominal.apply(machine)?, &known)?.constants();
-        Ok(Self { machine, nominal, known, quiet })
+        Ok(Self { machine, nominal, known, quiet, shift: None })
     }
 
     /// The machine with hidden effects. One that is known has the hidden values; a feature without what it modifies does nothing and is
@@ -85,7 +96,8 @@ impl<'a> Real<'a> {
     /// Values that the description refuses, or effects that cannot stand beside each other.
     pub fn with(&self, hidden: &[Acting]) -> Result<Machine> {
         let is_hidden = |known: &&Acting| hidden.iter().all(|acting| acting.effect != known.effect);
-        let mut all: Vec<Acting> = self.known.iter().filter(is_hidden).chain(hidden).cloned().collect();
+        let hidden = hidden.iter().cloned().map(|acting| self.shifted(acting));
+        let mut all: Vec<Acting> = self.known.iter().filter(is_hidden).cloned().chain(hidden).collect();
         let real = self.nominal.apply(self.machine)?;
         let guide = real.description();
         // What a feature modifies may itself be one that goes.
@@ -103,6 +115,13 @@ impl<'a> Real<'a> {
             all = own;
         }
         with_effects(&real, &all)
+    }
+
+    fn shifted(&self, mut hidden: Acting) -> Acting {
+        if let Some(shift) = self.shift.filter(|shift| shift.effect == hidden.effect) {
+            hidden.values[shift.parameter] += shift.by;
+        }
+        hidden
     }
 
     /// The machine as its file states it.
@@ -126,28 +145,38 @@ impl<'a> Real<'a> {
         known.map_or_else(|| effect.neutral(&self.quiet), |known| known.values.clone())
     }
 
-    /// The machine with each constant that has a tolerance moved by a share of it, one at a time.
+    /// The machine with each constant that has a tolerance moved by a share of it, one at a time; one that a hidden effect states anew is moved there.
     pub fn moved(&self, share: f64) -> Vec<Self> {
         let Tolerance { mass, viscous, force_constant, resistance, inductance, zero_rad, effect } =
             self.machine.description().tolerance.clone();
         let mut moved = Vec::new();
-        let mut nominal = |part: fn(&mut NominalErrors) -> &mut f64, tolerance: f64| {
-            let mut one = self.clone();
-            *part(&mut one.nominal) += share * tolerance;
-            moved.push(one);
+        let mut nominal =
+            |part: fn(&mut NominalErrors) -> &mut f64, tolerance: f64, anew: Option<(EffectId, f64)>| {
+                let mut one = self.clone();
+                *part(&mut one.nominal) += share * tolerance;
+                one.shift =
+                    anew.map(|(effect, unit)| Shift { effect, parameter: 0, by: share * tolerance * unit });
+                moved.push(one);
+            };
+        let [resistance_ohm, inductance_h] = match self.quiet.circuit {
+            Circuit::Winding { resistance_ohm, inductance_h, .. } => [resistance_ohm, inductance_h],
+            Circuit::Direct { .. } => [0.0; 2],
         };
-        nominal(|n| &mut n.mass, mass);
-        nominal(|n| &mut n.viscous, viscous);
-        nominal(|n| &mut n.force_constant, force_constant);
-        nominal(|n| &mut n.resistance, resistance);
-        nominal(|n| &mut n.inductance, inductance);
+        // A payload and a factor of the force constant come on top of what those are off by.
+        nominal(|n| &mut n.mass, mass, None);
+        nominal(|n| &mut n.viscous, viscous, Some((EffectId::ViscousFriction, self.quiet.viscous)));
+        nominal(|n| &mut n.force_constant, force_constant, None);
+        nominal(|n| &mut n.resistance, resistance, Some((EffectId::WindingResistance, resistance_ohm)));
+        nominal(|n| &mut n.inductance, inductance, Some((EffectId::WindingInductance, inductance_h)));
         if self.quiet.has_turning_weight {
-            nominal(|n| &mut n.zero_rad, zero_rad);
+            nominal(|n| &mut n.zero_rad, zero_rad, Some((EffectId::EncoderZero, 1.0)));
         }
         for (place, known) in self.known.iter().enumerate() {
             for parameter in 0..known.values.len() {
                 let mut one = self.clone();
-                one.known[place].values[parameter] *= 1.0 + share * effect;
+                let by = share * effect * known.values[parameter];
+                one.known[place].values[parameter] += by;
+                one.shift = Some(Shift { effect: known.effect, parameter, by });
                 moved.push(one);
             }
         }
@@ -171,4 +200,40 @@ fn with_effects(machine: &Machine, effects: &[Acting]) -> Result<Machine> {
         }
     }
     machine.with_settings(settings.iter().map(|(path, value)| (path.as_str(), value.clone())))
+}
+
+#[cfg(test)]
+#[allow(clippy::unwrap_used)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// A hidden effect that states a constant anew is calibrated like the constant: a viscous coefficient by 12 % of the stated one, a stated
+    /// friction by its tolerance. Without the hidden effect the constant itself moves.
+    #[test]
+    fn exact_constants_stated_anew_have_their_tolerance() {
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
+        let drags = |machine: &Machine| machine.constants().viscous > 0.0;
+        let machine = folders.filter_map(|folder| Machine::read(&folder).ok()).find(drags).unwrap();
+        let known = Acting::attendant(EffectId::CoulombFriction, vec![10.0]);
+        let real = Real::new(&machine, NominalErrors::default(), vec![known]).unwrap();
+        let stated = machine.constants().viscous;
+        let hidden = [
+            Acting { effect: EffectId::ViscousFriction, values: vec![2.0 * stated], planned: true },
+            Acting { effect: EffectId::CoulombFriction, values: vec![30.0], planned: true },
+        ];
+        let Tolerance { viscous, effect, .. } = machine.description().tolerance.clone();
+        let moved = |hidden: &[Acting]| -> Vec<[f64; 2]> {
+            let of = |constants: Constants| [constants.viscous, constants.friction.coulomb];
+            real.moved(0.5).iter().map(|real| of(real.with(hidden).unwrap().constants())).collect()
+        };
+        let near = |a: [f64; 2], b: [f64; 2]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-9 * b);
+        let has =
+            |all: Vec<[f64; 2]>, one: [f64; 2]| all.iter().filter(|moved| near(**moved, one)).count() == 1;
+        assert!(has(moved(&[]), [(1.0 + 0.5 * viscous) * stated, 10.0]));
+        assert!(has(moved(&[]), [stated, 10.0 * (1.0 + 0.5 * effect)]));
+        assert!(has(moved(&hidden), [(2.0 + 0.5 * viscous) * stated, 30.0]));
+        assert!(has(moved(&hidden), [2.0 * stated, 30.0 + 0.5 * effect * 10.0]));
+    }
 }
