@@ -71,6 +71,17 @@ impl Found {
         let is_part = !certain.is_empty() && certain.len() < chosen.len();
         (is_part && self.probability(&certain) >= decides).then_some(certain)
     }
+
+    /// The explanation with all effects that act with the probability that decides, where those are the chosen ones and more.
+    pub(super) fn all_certain(&self, machine: &Machine, decides: f64) -> Option<usize> {
+        let all = self.candidates.iter().flat_map(|candidate| candidate.effects().iter().copied());
+        let acts = |effect: &EffectId| self.probability_of(*effect) >= decides;
+        let certain = with_modified(machine, all.filter(acts).collect());
+        let is_more = certain.len() > self.effects().len() && certain.is_superset(self.effects());
+        let index =
+            if is_more && self.probability(&certain) >= decides { self.index(&certain) } else { None };
+        index.filter(|&index| self.candidates[index].left() < self.candidates[self.chosen].left())
+    }
 }
 
 #[cfg(test)]
@@ -81,6 +92,13 @@ mod tests {
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
     use crate::diagnose::posterior::posterior;
     use crate::diagnose::rivals;
+
+    /// Some machine that is shipped.
+    fn machine() -> Machine {
+        let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let mut folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
+        folders.find_map(|folder| Machine::read(&folder).ok()).unwrap()
+    }
 
     /// An equal of the chosen effect is its rival, whichever of them happens to leave a billionth less; more effects that gain too
     /// little to be named are a detail.
@@ -113,10 +131,7 @@ mod tests {
             let all = sets.map(|set| candidate(set, 1.0, 2.0));
             let mut found = found([candidate(&[], 0.0, 1e4)].into_iter().chain(all).collect(), 1);
             found.posterior = [0.0].into_iter().chain(posterior).collect();
-            let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-            let mut folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
-            let machine = folders.find_map(|folder| Machine::read(&folder).ok()).unwrap();
-            found.certain(&machine, 0.7)
+            found.certain(&machine(), 0.7)
         };
         let delay = EffectId::LoopDelay;
         let shared: [&[EffectId]; 3] = [&[COULOMB, BACKLASH], &[COULOMB, delay], &[COULOMB]];
@@ -127,6 +142,24 @@ mod tests {
 
     /// Beside a gap of 100 × noise, what is certain and leaves 2.9 is told as the cause, whatever closes the rest. Where it leaves 3.1, an effect that
     /// closes half of that is worth naming, be it uncertain which one it is, and one that closes less is not.
+    /// Coulomb friction is chosen and leaves much. Backlash acts beside it with 0.9, whatever else does: both are told. With 0.6 it is not, and what leaves
+    /// no less is not either.
+    #[test]
+    fn exact_all_that_is_certain_is_told() {
+        let delay = EffectId::LoopDelay;
+        let sets: [&[EffectId]; 3] = [&[COULOMB], &[COULOMB, BACKLASH], &[COULOMB, BACKLASH, delay]];
+        let told = |posterior: [f64; 3], left: f64| {
+            let own = sets.iter().zip([1e3, left, 1.0]).map(|(set, left)| candidate(set, 1.0, left));
+            let mut found = found([candidate(&[], 0.0, 1e4)].into_iter().chain(own).collect(), 1);
+            found.posterior = [0.0].into_iter().chain(posterior).collect();
+            found.all_certain(&machine(), 0.7)
+        };
+        assert_eq!(told([0.1, 0.3, 0.6], 2.0), Some(2));
+        assert_eq!(told([0.4, 0.3, 0.3], 2.0), None);
+        assert_eq!(told([0.1, 0.3, 0.6], 2e3), None);
+        assert_eq!(told([0.0, 0.2, 0.8], 2.0), Some(3));
+    }
+
     #[test]
     fn exact_what_is_certain_is_told_where_the_rest_need_not_be_named() {
         let before = Score::even(1e4);

@@ -3,7 +3,8 @@
 use super::evidence::Score;
 use super::found::Found;
 use super::posterior::posterior;
-use super::selection::{MOST_EFFECTS, Search};
+use super::prior::MOST_EFFECTS;
+use super::selection::Search;
 use crate::error::Result;
 
 impl Found {
@@ -33,8 +34,13 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Takes the most probable explanation where the chosen one leaves too much for a cause and is improbable. No verdict rests on
-    /// it where the training runs do not identify it (see [`Unidentified`](super::grounds::Unidentified)).
+    /// Where the chosen explanation leaves too much for a cause: takes the most probable one if it is improbable, and else the one with all effects that
+    /// are certain, if those are more. No verdict rests on it where the training runs do not identify it (see
+    /// [`Unidentified`](super::grounds::Unidentified)).
+    ///
+    /// # Source
+    /// M. M. Barbieri, J. O. Berger (2004), *Optimal predictive model selection*, Ann. Statist. 32:870: of several explanations that share the
+    /// posterior, the one of all effects that are probable predicts best.
     pub(super) fn take_most_probable(&self, found: &mut Found, before: &Score) {
         let measured = self.floors.common.is_measured();
         // Which explanations count beside the chosen one depends on it.
@@ -43,14 +49,16 @@ impl Search<'_> {
                 0 => found.posterior[0],
                 _ => found.probability(found.effects()),
             };
-            let most = found.most_probable();
-            if own >= self.limits.probability
-                || found.is_sufficient(found.chosen, before, measured)
-                || !found.candidates[most].thorough
-            {
+            if found.is_sufficient(found.chosen, before, measured) {
                 return;
             }
-            found.chosen = most;
+            let decides = self.limits.probability;
+            let other = match own < decides {
+                true => Some(found.most_probable()),
+                false => found.all_certain(self.machine, decides),
+            };
+            let Some(other) = other.filter(|&other| found.candidates[other].thorough) else { return };
+            found.chosen = other;
             found.posterior = posterior(found, before);
         }
     }
