@@ -140,8 +140,6 @@ mod tests {
         assert_eq!(certain([&[COULOMB, BACKLASH], &[delay], &[COULOMB]], [0.4, 0.4, 0.2]), None);
     }
 
-    /// Beside a gap of 100 × noise, what is certain and leaves 2.9 is told as the cause, whatever closes the rest. Where it leaves 3.1, an effect that
-    /// closes half of that is worth naming, be it uncertain which one it is, and one that closes less is not.
     /// Coulomb friction is chosen and leaves much. Backlash acts beside it with 0.9, whatever else does: both are told. With 0.6 it is not, and what leaves
     /// no less is not either.
     #[test]
@@ -160,6 +158,8 @@ mod tests {
         assert_eq!(told([0.0, 0.2, 0.8], 2.0), Some(3));
     }
 
+    /// Beside a gap of 100 × noise, what is certain and leaves 2.9 is told as the cause, whatever closes the rest. Where it leaves 3.1, an effect that
+    /// closes half of that is worth naming, be it uncertain which one it is, and one that closes less is not.
     #[test]
     fn exact_what_is_certain_is_told_where_the_rest_need_not_be_named() {
         let before = Score::even(1e4);

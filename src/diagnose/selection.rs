@@ -95,7 +95,7 @@ impl Search<'_> {
             found.chosen = 0;
             found.posterior = posterior(&found, before);
         }
-        self.take_most_probable(&mut found, before);
+        self.take_what_is_probable(&mut found, before);
         Ok(found)
     }
 

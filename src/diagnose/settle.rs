@@ -41,7 +41,7 @@ impl Search<'_> {
     /// # Source
     /// M. M. Barbieri, J. O. Berger (2004), *Optimal predictive model selection*, Ann. Statist. 32:870: of several explanations that share the
     /// posterior, the one of all effects that are probable predicts best.
-    pub(super) fn take_most_probable(&self, found: &mut Found, before: &Score) {
+    pub(super) fn take_what_is_probable(&self, found: &mut Found, before: &Score) {
         let measured = self.floors.common.is_measured();
         // Which explanations count beside the chosen one depends on it.
         for _ in 0..MOST_EFFECTS {

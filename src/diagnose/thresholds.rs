@@ -1,16 +1,18 @@
 //! Every number that decides a verdict, and why it is what it is.
 //!
 //! A number decides a verdict where another value of it may give another verdict, or other causes, from the same likelihoods, intervals and
-//! gaps. There are no others in the diagnosis: the priors stand in `prior`, and what else is named says how a model is computed or how long a search looks.
+//! gaps. A test keeps others out of the files that decide. Priors stand in `prior`; what else the diagnosis names says how a model is computed, how long a
+//! search looks or what a report mentions.
 //! The first three are the defaults of [`Limits`](super::decide::Limits), which a report prints.
 
-/// Posterior probability from which something is decided: odds of seven to three. A user may ask for more.
+/// Posterior probability from which something is decided: odds of seven to three. A caller may ask for more.
 pub const PROBABILITY: f64 = 0.7;
 
 /// Share of the gap's power that may stay open: 3 % of its amplitude, as well as stated constants and the form of a law are known.
 pub const OPEN_SHARE: f64 = 1e-3;
 
-/// What may stay open of a gap that is closed to [`LARGELY`], as a multiple of the noise: its expanded uncertainty at three standard deviations.
+/// What may stay open of a gap that is closed to [`LARGELY`], as a multiple of the noise: three standard deviations, as a
+/// limit of detection is stated (IUPAC 1976, Pure Appl. Chem. 45:105).
 pub const SMALL_GAP: f64 = 3.0;
 
 /// Up to this gap nothing is left that noise would not leave: noise that was measured is known to 0.15 (logarithmic standard

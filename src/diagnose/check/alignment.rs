@@ -55,7 +55,7 @@ pub fn late(machine: &Machine, smoothed: &Smoothed) -> Vec<Late> {
     };
     let is_law_known = position.is_some();
     let first = forces.iter().map(|(_, samples, _)| *samples).fold(0.0, f64::min);
-    if position.is_none() && first < 0.0 && is_a_row(first) {
+    if position.is_none() && is_a_row(first) {
         let agrees = velocity.is_some_and(|velocity| !is_a_row(velocity - first));
         let what = if agrees { What::Position } else { What::Undecided };
         // Between motor and load something may yield.
