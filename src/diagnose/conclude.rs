@@ -54,17 +54,19 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> (Vec<Cause>, Vec<
 }
 
 /// Share of the gap that each chosen effect closes: the mean of what it closes alone and what its absence
-/// reopens, scaled so that the shares add up to what all close together.
+/// reopens, scaled so that the shares add up to what all close together. Each explanation has its numbers where training and held-out runs together
+/// have them: a pitch that the training runs leave uncertain is no fault of its effect.
 fn contributions(found: &Found, before: &Score, total: f64) -> BTreeMap<EffectId, f64> {
     let chosen = found.candidates[found.chosen].effects();
-    let closes =
-        |set: &EffectSet| found.index(set).map(|index| closed(before, &found.candidates[index].score).value);
+    let of = |index: usize| closed(before, &found.candidates[index].predictive.score).value;
+    let all = of(found.chosen);
+    let closes = |set: &EffectSet| found.index(set).map(of);
     let raw: BTreeMap<EffectId, f64> = chosen
         .iter()
         .map(|&effect| {
             let rest: EffectSet = chosen.iter().filter(|e| **e != effect).copied().collect();
             let alone = closes(&EffectSet::from([effect]));
-            let missed = closes(&rest).map(|without| total - without);
+            let missed = closes(&rest).map(|without| all - without);
             let share = match (alone, missed) {
                 (Some(a), Some(m)) => 0.5 * (a.max(0.0) + m.max(0.0)),
                 (Some(only), None) | (None, Some(only)) => only.max(0.0),
@@ -243,8 +245,8 @@ pub fn gap(
         closed_beside_calibration,
         noise_is_measured: floor.is_measured(),
         predicted_closed,
-        rigid_body: None,
         signals,
+        ..Gap::default()
     })
 }
 

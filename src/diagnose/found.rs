@@ -278,7 +278,7 @@ pub(super) mod tests {
             hypothesis: hypothesis(free),
         };
         let score = Score::even(mean_square);
-        let predictive = Predictive { score: score.clone(), cost: 0.0 };
+        let predictive = Predictive::of(score.clone());
         Candidate { fit, score, predictive, has_own_floor: false, thorough: true }
     }
 

@@ -71,6 +71,7 @@ mod short_travel;
 pub mod smooth;
 pub mod thresholds;
 pub mod untested;
+mod updated;
 pub mod verdict;
 pub mod visibility;
 mod wald;
@@ -79,6 +80,7 @@ mod wave_descent;
 mod wave_sets;
 mod wave_starts;
 mod waves;
+mod widen;
 
 pub use compare::compare;
 pub use improve::improved;
@@ -285,7 +287,8 @@ impl<'a> Ready<'a> {
             self.held_out.runs(),
             floor,
         )?;
-        let gap = verdict::Gap { rigid_body, ..gap };
+        let after_predictive = chosen.predictive.score.gap();
+        let gap = verdict::Gap { rigid_body, after_predictive, updated: updated::updated(chosen), ..gap };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], self.held_out.runs(), &self.floors.common)?;
         attribute::attribute(&mut place, &causes, unexplained);

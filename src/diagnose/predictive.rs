@@ -16,10 +16,23 @@ pub struct Predictive {
     pub score: Score,
     /// What that costs in log-likelihood: how far the numbers had to move, and how much they might have.
     pub cost: f64,
+    /// The numbers there, in the order of the fit's; none where they stay.
+    pub values: Option<Vec<f64>>,
+}
+
+impl Predictive {
+    /// That of a fit whose numbers stay.
+    pub fn of(score: Score) -> Self {
+        Self { score, cost: 0.0, values: None }
+    }
 }
 
 /// Rounds in which the variance of the residuals and the numbers are taken in turn; a choice of cost, the first two do nearly all.
 const ROUNDS: usize = 4;
+/// Places to which the numbers are moved, at most; a choice of cost, most stay at the first.
+const MOST_PLACES: usize = 6;
+/// Log-likelihood by which a replay may leave more than the linear form says, and that another place must gain.
+const A_NAT: f64 = 1.0;
 
 /// The posterior-predictive score of a fit; `score` is that of its values.
 ///
@@ -33,11 +46,13 @@ const ROUNDS: usize = 4;
 /// ```
 /// the integral over θ of a Gaussian likelihood. W is 1/(v·τ·m) a sample: v the mean square of the signal's own r', at least that of its noise, τ its lag-summed
 /// autocorrelation and m the number of signals, as in [`Score::log_likelihoods`]. The squares are those of a replay at θ̂ + Δ, not of the linear
-/// prediction.
+/// prediction; where they are more, J is taken again at that place and Δ found anew (Gauss and Newton's method), and so it is where v and τ there say that the
+/// held-out runs tell more. Strokes of 20 mm leave a pitch of
+/// 44 mm uncertain by 7 mm, and over that what a stroke of 37 mm leaves is not linear.
 ///
 /// # Validity
 /// Hypotheses that were fitted to the end and share the common noise floor; the others are compared by the score of their fit. To first order in Δ
-/// for its cost. Where the replay at θ̂ + Δ leaves more than the linear form says it gains, the fit's own score stays.
+/// for its cost: the training runs are quadratic about θ̂. Where no replay at θ̂ + Δ gains more than it costs, the fit's own score stays.
 ///
 /// # Source
 /// Gelman, Carlin, Stern, Dunson, Vehtari, Rubin (2013), *Bayesian Data Analysis*, 3rd ed., ch. 7 and 14.
@@ -51,28 +66,64 @@ pub fn predictive(
     floor: &Floor,
     score: &Score,
 ) -> Result<Predictive> {
-    let own = Predictive { score: score.clone(), cost: 0.0 };
     let objective = Objective::new(machine, &fit.hypothesis, held_out.runs(), floor);
     if fit.values.is_empty() {
-        return Ok(own);
+        return Ok(Predictive::of(score.clone()));
     }
-    let residuals = objective.residuals(&fit.values)?;
-    let jacobian = objective.jacobian(&fit.values, &residuals, None)?;
-    let Some(update) =
-        Update::of(&residuals, &jacobian, &fit.covariance, |left| weights(&objective, score, left))
-    else {
-        return Ok(own);
-    };
-    let free = fit.hypothesis.free.iter().zip(&fit.values).zip(&update.step);
-    let moved: Vec<f64> = free.map(|((free, value), step)| value + step * free.scale).collect();
-    let values = inside(&fit.hypothesis, &moved);
-    let moved = objective.residuals(&values)?;
-    let size = |residuals: &DVector<f64>| residuals.component_mul(&update.weights).dot(residuals);
-    if size(&moved) + 2.0 * update.strain > size(&residuals) {
-        return Ok(Predictive { cost: update.occam, ..own });
+    let mut here = Place::of(&fit.values, objective.residuals(&fit.values)?, score);
+    let mut jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
+    for round in 0..MOST_PLACES {
+        // What is left at the fit, as it looks from here.
+        let begun = &here.residuals - &jacobian * &here.step;
+        let weights = |left: &DVector<f64>| weights(&objective, &here.score, left);
+        let Some(update) = Update::of(&begun, &jacobian, &fit.covariance, weights) else { break };
+        let cost = |residuals: &DVector<f64>, strain: f64| {
+            residuals.component_mul(&update.weights).dot(residuals) + 2.0 * strain
+        };
+        let (now, foreseen) =
+            (cost(&here.residuals, here.strain), cost(&(begun + &jacobian * &update.step), update.strain));
+        if round > 0 && now - foreseen <= 2.0 * A_NAT {
+            break;
+        }
+        let free = fit.hypothesis.free.iter().zip(&fit.values).zip(&update.step);
+        let moved: Vec<f64> = free.map(|((free, value), step)| value + step * free.scale).collect();
+        let values = inside(&fit.hypothesis, &moved);
+        let residuals = objective.residuals(&values)?;
+        let there = cost(&residuals, update.strain);
+        if there > now {
+            // How uncertain the numbers are costs the fit as well.
+            here.occam = if round == 0 { update.occam } else { here.occam };
+            break;
+        }
+        let score = Score::of(&fit.hypothesis.machine(machine, &values)?, held_out, floor)?;
+        let Update { step, strain, occam, .. } = update;
+        here = Place { values, residuals, step, strain, occam, score };
+        if there - foreseen > 2.0 * A_NAT {
+            jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
+        }
     }
-    let score = Score::of(&fit.hypothesis.machine(machine, &values)?, held_out, floor)?;
-    Ok(Predictive { score, cost: update.strain + update.occam })
+    let moved = here.values != fit.values;
+    Ok(Predictive { score: here.score, cost: here.strain + here.occam, values: moved.then_some(here.values) })
+}
+
+/// Where the numbers are.
+struct Place {
+    values: Vec<f64>,
+    /// What is left of the held-out runs there.
+    residuals: DVector<f64>,
+    /// How far that is from the fit, in units of the numbers' scales.
+    step: DVector<f64>,
+    strain: f64,
+    occam: f64,
+    score: Score,
+}
+
+impl Place {
+    /// The fit.
+    fn of(values: &[f64], residuals: DVector<f64>, score: &Score) -> Self {
+        let (step, score) = (DVector::zeros(values.len()), score.clone());
+        Self { values: values.to_vec(), residuals, step, strain: 0.0, occam: 0.0, score }
+    }
 }
 
 /// The weight of each residual, by the variance that these ones have.

@@ -43,8 +43,6 @@ pub struct Search<'a> {
 
 /// Of the hypotheses of one round, so many are fitted to the end.
 const FINALISTS: usize = 4;
-/// So many of the next best explanations are built upon where the best one leaves too much open.
-const RUNNERS_UP: usize = 2;
 /// A share of the posterior below this changes no verdict.
 const LEAST_SHARE: f64 = 0.01;
 /// An explanation that left so many times the mean square of the best one is not fitted again with another floor.
@@ -129,82 +127,6 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Adds effects to the rivals of an explanation that is not most probable by far as well, to those that leave something open, no more
-    /// than it does by what is worth naming, and were not `widened` before; tells whether something better than the chosen explanation was found so, which is the chosen one then.
-    ///
-    /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all. Where the chosen explanation leaves too
-    /// much open for a cause, the next best ones count as rivals too: of two effects that act together, the one that explains most by itself may
-    /// be neither.
-    fn widen(&self, found: &mut Found, before: &Score, widened: &mut BTreeSet<EffectSet>) -> Result<bool> {
-        let share = 0.5 * (1.0 - self.limits.probability);
-        self.converge(found, before, share)?;
-        let is_sufficient = found.is_sufficient(found.chosen, before, self.floors.common.is_measured());
-        let is_probable = found.posterior[found.chosen] >= self.limits.probability;
-        if is_sufficient && is_probable {
-            return Ok(false);
-        }
-        let may_turn = |k: &usize| {
-            let effects = found.candidates[*k].effects();
-            found.posterior[*k] > share
-                && (1..MOST_EFFECTS).contains(&effects.len())
-                && found.is_sound(*k)
-                && !found.is_adequate(*k)
-                && !found.loses_ground(*k, before)
-        };
-        let mut rivals: Vec<usize> =
-            (0..found.candidates.len()).filter(|k| !is_probable && may_turn(k)).collect();
-        if !is_sufficient {
-            rivals.extend(self.runners_up(found, widened)?);
-        }
-        for rival in rivals {
-            let effects = found.candidates[rival].effects().clone();
-            if rival != found.chosen && !widened.contains(&effects) {
-                self.explore(found, &self.larger(&effects), rival)?;
-                widened.insert(effects);
-            }
-        }
-        if !is_probable {
-            self.join_with_unidentified(found, before)?;
-        }
-        let better = found.better(before);
-        found.chosen = better.unwrap_or(found.chosen);
-        Ok(better.is_some())
-    }
-
-    /// Looks at the chosen effects together with those of an explanation that is more probable and not identified: what drives a number of it to
-    /// its bound may be the chosen effect that is missing beside it.
-    fn join_with_unidentified(&self, found: &mut Found, before: &Score) -> Result<()> {
-        found.posterior = posterior(found, before);
-        let most = found.most_probable();
-        let both: EffectSet = found.effects().union(found.candidates[most].effects()).copied().collect();
-        if !found.is_resolved(most) && both.len() <= MOST_EFFECTS && found.index(&both).is_none() {
-            self.explored(found, &[both])?;
-        }
-        Ok(())
-    }
-
-    /// The explanations that leave least, with no more effects than the chosen one, and were not `widened` before; fitted to the end.
-    ///
-    /// Where nothing is chosen yet they need not be beyond chance: while several effects are missing, what one of them explains is small beside what
-    /// the others leave, and that is correlated over long times. What is chosen in the end has to be.
-    fn runners_up(&self, found: &mut Found, widened: &BTreeSet<EffectSet>) -> Result<Vec<usize>> {
-        let most = found.effects().len().max(1);
-        let is_next = |k: &usize| {
-            let effects = found.candidates[*k].effects();
-            *k != found.chosen
-                && (1..=most).contains(&effects.len())
-                && !widened.contains(effects)
-                && (found.chosen == 0 || found.beyond_chance(*k, 0))
-        };
-        let mut next: Vec<usize> = (0..found.candidates.len()).filter(is_next).collect();
-        next.sort_by(|&a, &b| found.left(a).total_cmp(&found.left(b)));
-        next.truncate(RUNNERS_UP);
-        let open = next.iter().copied().filter(|&k| !found.candidates[k].thorough).collect();
-        self.fit_to_the_end(found, open)?;
-        next.retain(|&k| found.is_resolved(k));
-        Ok(next)
-    }
-
     /// The candidates with these sets of effects, fitted to the end; without those that cannot be looked at.
     pub(super) fn explored(&self, found: &mut Found, sets: &[EffectSet]) -> Result<Vec<usize>> {
         let indices = self.explore(found, sets, found.chosen)?;
@@ -249,7 +171,7 @@ impl Search<'_> {
 
     /// Looks at sets of effects, building on a candidate: those not looked at yet are fitted roughly, the best of
     /// all of them to the end. Returns the indices of those that can be looked at.
-    fn explore(&self, found: &mut Found, sets: &[EffectSet], from: usize) -> Result<Vec<usize>> {
+    pub(super) fn explore(&self, found: &mut Found, sets: &[EffectSet], from: usize) -> Result<Vec<usize>> {
         let fresh: BTreeSet<&EffectSet> = sets.iter().filter(|set| found.index(set).is_none()).collect();
         if !fresh.is_empty() {
             self.fit_roughly(found, fresh, from)?;
@@ -304,7 +226,7 @@ impl Search<'_> {
     }
 
     /// Fits to the end whatever has more than this share of the posterior: only what has converged is compared.
-    fn converge(&self, found: &mut Found, before: &Score, share: f64) -> Result<()> {
+    pub(super) fn converge(&self, found: &mut Found, before: &Score, share: f64) -> Result<()> {
         // Each round fits at least one of them to the end.
         loop {
             found.posterior = posterior(found, before);
@@ -334,7 +256,7 @@ impl Search<'_> {
         self.fit_to_the_end(found, open)
     }
 
-    fn fit_to_the_end(&self, found: &mut Found, open: Vec<usize>) -> Result<()> {
+    pub(super) fn fit_to_the_end(&self, found: &mut Found, open: Vec<usize>) -> Result<()> {
         (self.progress)(Progress::Asked(open.len()));
         let better: Result<Vec<Candidate>> = open
             .par_iter()
@@ -377,7 +299,7 @@ impl Search<'_> {
         let predictive = if thorough && !has_own_floor {
             predictive(self.machine, &fit, self.held_out, &self.floors.common, &score)?
         } else {
-            Predictive { score: score.clone(), cost: 0.0 }
+            Predictive::of(score.clone())
         };
         Ok(Candidate { fit, score, predictive, has_own_floor, thorough })
     }
@@ -401,7 +323,7 @@ impl Search<'_> {
     }
 
     /// The set with one effect more; a feature that would have nothing to modify comes with what it modifies.
-    fn larger(&self, set: &EffectSet) -> Vec<EffectSet> {
+    pub(super) fn larger(&self, set: &EffectSet) -> Vec<EffectSet> {
         let with = |effect: &EffectId| {
             let plus = |more: &[EffectId]| -> EffectSet { set.iter().chain(more).copied().collect() };
             if has_modified(self.machine, *effect, set) {

@@ -7,6 +7,7 @@ pub use super::grounds::{Veto, Withheld};
 pub use super::parameter::Parameter;
 pub use super::phase::RunPhase;
 pub use super::place::{Band, Share, Where};
+pub use super::updated::Updated;
 
 use super::identifiability::Identifiability;
 use super::json;
@@ -103,13 +104,20 @@ pub struct Gap {
     /// G that noise alone leaves: 1.
     #[serde(default, deserialize_with = "json::number")]
     pub floor: f64,
+    /// G with the causes added and their numbers where training and held-out runs together have them (posterior predictive): by this the verdict is
+    /// decided. Where it is far less than `after`, the training runs leave numbers uncertain.
+    #[serde(default, deserialize_with = "json::number")]
+    pub after_predictive: f64,
+    /// Numbers of the causes that the held-out runs move by a standard error or more.
+    #[serde(default)]
+    pub updated: Vec<Updated>,
     /// 1 − (after² − 1)/(before² − 1).
     #[serde(default, deserialize_with = "json::number")]
     pub closed: f64,
     /// Its 95 % interval.
     #[serde(default, deserialize_with = "json::interval")]
     pub closed_ci95: [f64; 2],
-    /// The smaller of this share and that of what calibration alone leaves: what is to the causes' credit.
+    /// The smaller of that share, `after_predictive` in the place of `after`, and the same of what calibration alone leaves: what is to the causes' credit.
     #[serde(default, deserialize_with = "json::number")]
     pub closed_beside_calibration: f64,
     /// Whether the noise of every signal was seen in the recording: in repeats, or at standstill as at least a third of what is

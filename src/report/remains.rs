@@ -1,18 +1,23 @@
 //! What the named causes leave open, and where that is largest.
 
-use super::number::percent;
+use super::number::{percent, value};
 use super::place::{banded, named, top};
-use super::words::{listed, times_noise};
+use super::words::{listed, name, phrase, times_noise};
 use crate::diagnose::Verdict;
-use crate::diagnose::verdict::Diagnosis;
+use crate::diagnose::verdict::{Diagnosis, Gap};
 use crate::units::Motion;
 
 /// From this gap on, what remains behind the named causes is worth a sentence.
 const REMAINS: f64 = 1.5;
+/// Share of what the fit leaves from which the uncertainty of its numbers explains it.
+const MOST: f64 = 0.5;
 
 /// What the causes leave open, as a sentence more.
 pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
     let left = times_noise(diagnosis.gap.after);
+    if let Some(text) = uncertain(diagnosis) {
+        return text;
+    }
     match diagnosis.verdict {
         Verdict::Unknown => {
             format!(
@@ -23,6 +28,28 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
         _ if diagnosis.gap.after > REMAINS => format!(" A gap of {left} remains unexplained."),
         _ => String::new(),
     }
+}
+
+/// That the training runs leave the numbers uncertain, where those with the held-out runs close most of what the fit leaves.
+fn uncertain(diagnosis: &Diagnosis) -> Option<String> {
+    let Gap { after, after_predictive: within, updated, .. } = &diagnosis.gap;
+    let is_of_numbers = diagnosis.verdict != Verdict::Unknown
+        && *after > REMAINS
+        && within.powi(2) - 1.0 < MOST * (after.powi(2) - 1.0);
+    // A sine or cosine by itself tells an engineer nothing.
+    let number = updated.iter().find(|number| !number.path.contains("sine"))?;
+    let (effect, key) = number.path.strip_prefix("effect.")?.split_once('.')?;
+    is_of_numbers.then(|| {
+        let [is, was] = [number.updated, number.fitted].map(|v| value(v, &number.unit));
+        format!(
+            " As fitted, {} remains: the training runs leave numbers uncertain that the held-out runs tell. With both, {} of {} is {is}, not {was}, and {} \
+             remains. Record another run like the held-out ones, and train on all of these.",
+            times_noise(*after),
+            name(key),
+            phrase(effect),
+            times_noise(*within),
+        )
+    })
 }
 
 /// "; it is largest in phase “reverse” (41 %)": where what is left lies; empty where nothing is known of that.

@@ -17,6 +17,7 @@ mod friction_pairs;
 mod gate;
 mod grinder_yaxis;
 mod lead;
+mod longer_travel;
 mod missing_signals;
 mod modes;
 mod next_experiment;

@@ -9,7 +9,7 @@ use slideway::diagnose::noise::Source;
 use slideway::diagnose::untested::Untested;
 use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, FollowingError, Gap, Parameter, Ranked,
-    Reference, Share, SignalGap, Verdict, Where,
+    Reference, Share, SignalGap, Updated, Verdict, Where,
 };
 use slideway::machine::Machine;
 use slideway::recording::Samples;
@@ -124,6 +124,8 @@ fn gap() -> Gap {
         rigid_body: None,
         before: 41.2,
         after: 1.08,
+        after_predictive: 1.07,
+        updated: Vec::new(),
         floor: 1.0,
         closed: 0.9899,
         closed_ci95: [0.985, 0.995],
@@ -460,6 +462,28 @@ fn exact_several_causes_are_told_together() {
             "[effect.viscous_friction] viscous_n_s_per_m = 420.0",
         ],
     );
+}
+
+/// What the fit leaves is then no gap without an explanation; a pitch is told, not a cosine.
+#[test]
+fn exact_numbers_that_the_training_runs_leave_uncertain_are_told() {
+    let mut d = diagnosis();
+    (d.gap.after, d.gap.after_predictive) = (37.3, 2.05);
+    let moved = |key: &str, fitted, updated, unit: &str| {
+        let path = format!("effect.force_ripple.{key}");
+        Updated { path, fitted, updated, unit: unit.to_owned() }
+    };
+    d.gap.updated = vec![moved("cosine", 0.01, 0.02, "1"), moved("period_m", 0.038, 0.0442, "m")];
+    let told = "As fitted, 37.3 × noise remains: the training runs leave numbers uncertain that the held-out runs tell. With both, period of \
+                force ripple of the motor is 44.2 mm, not 38.0 mm, and 2.05 × noise remains.";
+    let both = reports(&d, Motion::Prismatic);
+    holds(&both, &[told]);
+    lacks(&both, &["unexplained."]);
+    // Numbers that close little of what the fit leaves are no explanation of it.
+    d.gap.after_predictive = 30.0;
+    let both = reports(&d, Motion::Prismatic);
+    holds(&both, &["A gap of 37.3 × noise remains unexplained."]);
+    lacks(&both, &["As fitted"]);
 }
 
 #[test]

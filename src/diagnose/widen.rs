@@ -1,0 +1,108 @@
+//! Widening a search: what is missing beside the rivals of the chosen explanation.
+
+use super::evidence::Score;
+use super::found::Found;
+use super::hypothesis::EffectSet;
+use super::posterior::posterior;
+use super::prior::MOST_EFFECTS;
+use super::selection::Search;
+use crate::error::Result;
+use std::collections::BTreeSet;
+
+/// So many of the next best explanations are built upon where the best one leaves too much open.
+const RUNNERS_UP: usize = 2;
+/// So often as many of the next ones are fitted for them, where those before are not identified.
+const TRIES: usize = 2;
+/// Mean squares whose ratio is this near to one are the same.
+const SAME: f64 = 1e-6;
+
+impl Search<'_> {
+    /// Adds effects to the rivals of an explanation that is not most probable by far as well, to those that leave something open, no more
+    /// than it does by what is worth naming, and were not `widened` before; tells whether something better than the chosen explanation was found so, which is the chosen one then.
+    ///
+    /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all. Where the chosen explanation leaves too
+    /// much open for a cause, the next best ones count as rivals too: of two effects that act together, the one that explains most by itself may
+    /// be neither.
+    pub(super) fn widen(
+        &self,
+        found: &mut Found,
+        before: &Score,
+        widened: &mut BTreeSet<EffectSet>,
+    ) -> Result<bool> {
+        let share = 0.5 * (1.0 - self.limits.probability);
+        self.converge(found, before, share)?;
+        let is_sufficient = found.is_sufficient(found.chosen, before, self.floors.common.is_measured());
+        let is_probable = found.posterior[found.chosen] >= self.limits.probability;
+        if is_sufficient && is_probable {
+            return Ok(false);
+        }
+        let may_turn = |k: &usize| {
+            let effects = found.candidates[*k].effects();
+            found.posterior[*k] > share
+                && (1..MOST_EFFECTS).contains(&effects.len())
+                && found.is_sound(*k)
+                && !found.is_adequate(*k)
+                && !found.loses_ground(*k, before)
+        };
+        let mut rivals: Vec<usize> =
+            (0..found.candidates.len()).filter(|k| !is_probable && may_turn(k)).collect();
+        if !is_sufficient {
+            rivals.extend(self.runners_up(found, widened)?);
+        }
+        for rival in rivals {
+            let effects = found.candidates[rival].effects().clone();
+            if rival != found.chosen && !widened.contains(&effects) {
+                self.explore(found, &self.larger(&effects), rival)?;
+                widened.insert(effects);
+            }
+        }
+        if !is_probable {
+            self.join_with_unidentified(found, before)?;
+        }
+        let better = found.better(before);
+        found.chosen = better.unwrap_or(found.chosen);
+        Ok(better.is_some())
+    }
+
+    /// Looks at the chosen effects together with those of an explanation that is more probable and not identified: what drives a number of it to
+    /// its bound may be the chosen effect that is missing beside it.
+    fn join_with_unidentified(&self, found: &mut Found, before: &Score) -> Result<()> {
+        found.posterior = posterior(found, before);
+        let most = found.most_probable();
+        let both: EffectSet = found.effects().union(found.candidates[most].effects()).copied().collect();
+        if !found.is_resolved(most) && both.len() <= MOST_EFFECTS && found.index(&both).is_none() {
+            self.explored(found, &[both])?;
+        }
+        Ok(())
+    }
+
+    /// The explanations that leave least, with no more effects than the chosen one, that are identified and were not `widened` before; fitted to the end.
+    /// Those that leave the same are one on these runs: the first of them stands for all.
+    ///
+    /// Where nothing is chosen yet they need not be beyond chance: while several effects are missing, what one of them explains is small beside what
+    /// the others leave, and that is correlated over long times. What is chosen in the end has to be.
+    fn runners_up(&self, found: &mut Found, widened: &BTreeSet<EffectSet>) -> Result<Vec<usize>> {
+        let most = found.effects().len().max(1);
+        let is_next = |k: &usize| {
+            let effects = found.candidates[*k].effects();
+            *k != found.chosen
+                && (1..=most).contains(&effects.len())
+                && !widened.contains(effects)
+                && (found.chosen == 0 || found.beyond_chance(*k, 0))
+        };
+        let mut next: Vec<usize> = (0..found.candidates.len()).filter(is_next).collect();
+        next.sort_by(|&a, &b| found.left(a).total_cmp(&found.left(b)));
+        next.dedup_by(|a, b| found.left(*a) <= found.left(*b) * (1.0 + SAME));
+        let mut runners_up = Vec::new();
+        for some in next.chunks(RUNNERS_UP).take(TRIES) {
+            let open = some.iter().copied().filter(|&k| !found.candidates[k].thorough).collect();
+            self.fit_to_the_end(found, open)?;
+            runners_up.extend(some.iter().copied().filter(|&k| found.is_resolved(k)));
+            if runners_up.len() >= RUNNERS_UP {
+                break;
+            }
+        }
+        runners_up.truncate(RUNNERS_UP);
+        Ok(runners_up)
+    }
+}
