@@ -15,6 +15,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::singular::decomposed;
 use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -266,12 +267,17 @@ fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
     let weights = objective.weights(&residuals);
     let (weight, _) = objective.hypothesis.prior(&values);
     let (normal, _) = objective.normal(&jacobian, &residuals, &weights, &values);
+    let pulls = weights.component_mul(&residuals);
     let mut scatter = DMatrix::zeros(count, count);
     for block in blocks(objective) {
-        let mut score = DVector::zeros(count);
-        for row in block.iter().flat_map(|range| range.clone()) {
-            score.axpy(weights[row] * residuals[row], &jacobian.row(row).transpose(), 1.0);
-        }
+        let score = |k: usize| -> f64 {
+            let of = |range: &Range<usize>| {
+                let own = jacobian.column(k);
+                own.rows(range.start, range.len()).dot(&pulls.rows(range.start, range.len()))
+            };
+            block.iter().map(of).sum()
+        };
+        let score = DVector::from_fn(count, |k, _| score(k));
         scatter += &score * score.transpose();
     }
     let inverse = inverted(&normal);
@@ -338,7 +344,7 @@ pub(super) fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
 const ROUNDING: f64 = 1e-14;
 
 /// Rows of each block: the same stretch of time in every signal of a run.
-fn blocks(objective: &Objective) -> Vec<Vec<std::ops::Range<usize>>> {
+fn blocks(objective: &Objective) -> Vec<Vec<Range<usize>>> {
     let total: usize = objective.experiments.iter().map(|e| objective.rows(e)).sum();
     let length = total.div_ceil(BLOCKS).max(1);
     let mut offset = 0;

@@ -241,7 +241,15 @@ impl<'a> Objective<'a> {
         for mut column in weighted.column_iter_mut() {
             column.component_mul_assign(weights);
         }
-        let normal = weighted.tr_mul(jacobian) + DMatrix::from_diagonal(&weight);
+        let mut normal = DMatrix::from_diagonal(&weight);
+        for a in 0..normal.nrows() {
+            for b in 0..=a {
+                // It is symmetric.
+                let product = weighted.column(a).dot(&jacobian.column(b));
+                normal[(a, b)] += product;
+                normal[(b, a)] = normal[(a, b)];
+            }
+        }
         (normal, weighted.tr_mul(residuals) + pull)
     }
 

@@ -64,7 +64,7 @@ pub fn shape(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Re
     let follows = follows(&screen);
     let wave = |rate: f64, m: Moment| {
         let (s, c) = (rate * m.position).sin_cos();
-        vec![s, c]
+        [s, c]
     };
     let found = pitches(&screen, &screen.missing_force, wave, 1);
     let best = found.into_iter().max_by(|a, b| a.share.total_cmp(&b.share));

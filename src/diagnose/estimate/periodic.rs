@@ -27,8 +27,7 @@ fn values(Pitch { period, coefficients, .. }: Pitch) -> Vec<f64> {
 
 impl Estimate for ForceRipple {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let scaled = |rate: f64, m: Moment| ripple_columns(rate, m).to_vec();
-        let found = pitches(screen, &screen.missing_drive_force, scaled, 3);
+        let found = pitches(screen, &screen.missing_drive_force, ripple_columns, 3);
         found.into_iter().map(|p| values(Pitch { coefficients: bounded(p.coefficients), ..p })).collect()
     }
 
@@ -39,7 +38,7 @@ impl Estimate for ForceRipple {
 
 impl Estimate for Cogging {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
-        let found = pitches(screen, &screen.missing_force, |rate, m| columns(rate, m).to_vec(), 3);
+        let found = pitches(screen, &screen.missing_force, columns, 3);
         found.into_iter().map(values).collect()
     }
 

@@ -60,10 +60,10 @@ const PEAK_WIDTH: usize = 4;
 ///
 /// # Source
 /// Lomb (1976), least-squares frequency analysis, over position instead of time.
-pub fn pitches(
+pub fn pitches<const N: usize>(
     screen: &Screen,
     target: &[f64],
-    columns: impl Fn(f64, Moment) -> Vec<f64>,
+    columns: impl Fn(f64, Moment) -> [f64; N],
     most: usize,
 ) -> Vec<Pitch> {
     let Some(grid) = Grid::of(screen, target, MOST_SAMPLES) else { return Vec::new() };
@@ -135,19 +135,25 @@ impl Grid {
     }
 
     /// Sum of squares that the columns explain, and their coefficients.
-    fn explain(&self, rate: f64, columns: &impl Fn(f64, Moment) -> Vec<f64>) -> Option<(f64, Vec<f64>)> {
-        let rows: Vec<Vec<f64>> = self.moments.iter().map(|m| columns(rate, *m)).collect();
-        let width = rows.first()?.len();
-        self.explained(&DMatrix::from_fn(rows.len(), width, |r, c| rows[r][c]), &self.base)
+    fn explain<const N: usize>(
+        &self,
+        rate: f64,
+        columns: &impl Fn(f64, Moment) -> [f64; N],
+    ) -> Option<(f64, Vec<f64>)> {
+        let mut matrix = DMatrix::zeros(self.moments.len(), N);
+        for (row, moment) in self.moments.iter().enumerate() {
+            columns(rate, *moment).into_iter().enumerate().for_each(|(k, value)| matrix[(row, k)] = value);
+        }
+        self.explained(&matrix, &self.base)
     }
 
     /// The same of given columns beside another base.
     pub(super) fn explained(&self, columns: &DMatrix<f64>, base: &Base) -> Option<(f64, Vec<f64>)> {
         let (matrix, width) = (base.rest_of_each(columns), columns.ncols());
-        let gram = matrix.transpose() * &matrix;
+        let gram = matrix.tr_mul(&matrix);
         let size = gram.diagonal().max();
         // The columns have nothing of the base left, so that the target may have it.
-        let right = matrix.transpose() * &self.target;
+        let right = matrix.tr_mul(&self.target);
         // Columns that the base all but explains would blow up: a ridge far below any real column.
         let ridge = DMatrix::from_diagonal_element(width, width, 1e-6 * size.max(f64::MIN_POSITIVE));
         let solution = (gram + ridge).cholesky()?.solve(&right);
@@ -220,7 +226,7 @@ pub(super) mod tests {
             .zip(&screen.velocity)
             .map(|(x, v)| 7.0 * v + 3.0 * (TAU * x / 0.024).sin() - 1.0 * (TAU * x / 0.024).cos())
             .collect();
-        let columns = |rate: f64, m: Moment| vec![(rate * m.position).sin(), (rate * m.position).cos()];
+        let columns = |rate: f64, m: Moment| [(rate * m.position).sin(), (rate * m.position).cos()];
         let found = pitches(&screen, &target, columns, 2);
         let best = &found[0];
         // The grid's own resolution: a fifth of one over the travel.
@@ -244,7 +250,7 @@ pub(super) mod tests {
             ..Screen::default()
         };
         let target: Vec<f64> = (0..1000).map(|k| (TAU * k as f64 * 1e-4 / 0.008).sin()).collect();
-        let columns = |rate: f64, m: Moment| vec![(rate * m.position).sin(), (rate * m.position).cos()];
+        let columns = |rate: f64, m: Moment| [(rate * m.position).sin(), (rate * m.position).cos()];
         let first = |stated: f64| pitches(&screen(stated), &target, columns, 1)[0].period;
         assert!((first(0.03) - 0.03).abs() < 1e-15);
         assert!((first(1.0) / 0.008 - 1.0).abs() < 0.03);
@@ -291,7 +297,7 @@ pub(super) mod tests {
                     }
                 })
                 .collect();
-        let columns = |rate: f64, m: Moment| vec![(rate * m.position).sin(), (rate * m.position).cos()];
+        let columns = |rate: f64, m: Moment| [(rate * m.position).sin(), (rate * m.position).cos()];
         let found = pitches(&screen(300), &target, columns, 1);
         assert!((found[0].period / 0.008 - 1.0).abs() < 0.03, "{found:?}");
     }

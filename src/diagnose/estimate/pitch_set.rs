@@ -26,7 +26,7 @@ pub(super) fn pitch_sets(
 ) -> Vec<Vec<Pitch>> {
     let Some(grid) = Grid::of(screen, target, MOST_SAMPLES) else { return Vec::new() };
     let waves = Waves { grid: &grid, columns: &columns };
-    let first = pitches(screen, target, |rate, m| columns(rate, m).to_vec(), BEGUN);
+    let first = pitches(screen, target, &columns, BEGUN);
     let mut sets: Vec<Vec<Pitch>> = Vec::new();
     for pitch in first {
         let Some(mut set) = waves.pitches(&relaxed(&waves, 1.0 / pitch.period, count)) else { continue };

@@ -18,7 +18,7 @@ impl Estimate for ScrewError {
         if screen.load_difference.is_empty() {
             return inverse(screen).into_iter().map(|start| [start, vec![0.0]].concat()).collect();
         }
-        let found = pitches(screen, &screen.load_difference, |r, m| columns(r, m).to_vec(), 3);
+        let found = pitches(screen, &screen.load_difference, columns, 3);
         // What only one flank does shows with half its size over both directions.
         let flanks = [(0.0, 1.0), (1.0, 2.0), (-1.0, 2.0)];
         let start = |pitch: &Pitch, (flank, share): (f64, f64)| {
@@ -75,7 +75,7 @@ fn inverse(screen: &Screen) -> Vec<Vec<f64>> {
             mass * (curvature * m.velocity * m.velocity + slope * m.acceleration)
                 + viscous * slope * m.velocity
         };
-        vec![of(rate * c, -rate * rate * s), of(-rate * s, -rate * rate * c)]
+        [of(rate * c, -rate * rate * s), of(-rate * s, -rate * rate * c)]
     };
     let found = pitches(screen, &screen.missing_force, force, 4);
     let most = largest(screen);

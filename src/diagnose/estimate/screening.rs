@@ -259,12 +259,12 @@ impl Base {
 
     /// What it leaves of a column.
     pub fn rest_of(&self, column: &DVector<f64>) -> DVector<f64> {
-        column - &self.0 * (self.0.transpose() * column)
+        column - &self.0 * self.0.tr_mul(column)
     }
 
     /// What it leaves of each column of a matrix.
     pub fn rest_of_each(&self, columns: &DMatrix<f64>) -> DMatrix<f64> {
-        columns - &self.0 * (self.0.transpose() * columns)
+        columns - &self.0 * self.0.tr_mul(columns)
     }
 }
 

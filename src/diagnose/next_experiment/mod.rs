@@ -25,7 +25,7 @@ use crate::recording::Signal;
 use rayon::prelude::*;
 use separation::{Pair, Seen, Separation, distance, on_all, refitted};
 use serde::{Deserialize, Serialize};
-use stage::{Measure, Stage, largest_effort_v};
+use stage::{Draft, Measure, Stage, largest_effort_v};
 use std::collections::BTreeMap;
 
 /// What to record next.
@@ -269,7 +269,13 @@ impl<'a> Desk<'a> {
         let Question { floor, training, .. } = self.question;
         let largest_effort_v = largest_effort_v(training);
         let measure = Measure { floor, deflation: &deflation, logged: &self.logged, largest_effort_v };
-        let stage = Stage::planned(plan, base, self.chosen, extra, &self.settings, &measure).ok()??;
+        let draft = Draft::of(plan, base, self.chosen, &self.settings, &measure).ok()??;
+        // Explanations that are exactly equal in most motions are common: a noise floor and sensitivities for each of them are not needed.
+        let mut rivals = self.rivals.iter().map(|rival| draft.may_tell(base, &rival.fit, &measure));
+        if extra.is_none() && rivals.all(|tells| matches!(tells, Ok(false))) {
+            return None;
+        }
+        let stage = Stage::planned(draft, extra, &measure).ok()?;
         let own = Seen::of(self.chosen, &stage, base).ok()?;
         let separations: Option<Vec<Separation>> = self
             .rivals

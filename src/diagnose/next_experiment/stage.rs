@@ -31,6 +31,9 @@ pub(super) fn payload(machine: &Machine, added: f64) -> f64 {
     stated.unwrap_or(0.0) + added
 }
 
+/// A run in which two explanations differ by less does not tell them apart, in nats: a tenth of what settles a question.
+const LEAST_NATS: f64 = 1.0;
+
 /// How residuals are counted in a log-likelihood.
 pub(super) struct Measure<'a> {
     /// Noise floor of the recording.
@@ -73,42 +76,16 @@ impl Stage {
         Self { experiment: experiment.clone(), channels: channels.collect() }
     }
 
-    /// The first run of a plan as the machine that `truth` says would be recorded, with one signal more where `extra`
-    /// names it. None where the axis would need more force than it has, or far more effort than was ever
-    /// recorded.
+    /// A drafted run as it would be recorded, with one signal more where `extra` names it.
     ///
     /// # Errors
-    /// What a replay refuses: a stroke beyond the joint's limits, say.
+    /// What a replay refuses.
     pub(super) fn planned(
-        plan: &Plan,
-        base: &Machine,
-        truth: &Fit,
+        Draft { experiment, truth }: Draft,
         extra: Option<Signal>,
-        settings: &BTreeMap<String, toml::Value>,
         measure: &Measure,
-    ) -> Result<Option<Self>> {
-        let reference = plan.references(base).swap_remove(0);
-        let mut settings = settings.clone();
-        if let Some(mass) = plan.added_mass {
-            settings.insert(payload_path(base), payload(base, mass).into());
-        }
-        let named = |mut run: Run| {
-            run.settings.clone_from(&settings);
-            Experiment::new(&run, base)
-        };
-        // The settings of a run are the experiment's business: a run without content asks it for the machine.
-        let still = [Signal::PositionReference, Signal::Position].map(|signal| (signal, reference.clone()));
-        let period_s = base.description().sample_period_s;
-        let still = Run::new("planned", base.motion(), period_s, still.into_iter().collect())?;
-        let real = play::from_middle(named(still)?.machine(&truth.machine(base)?)?)?;
-        let traces = simulate(&real, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ())?;
-        let limit = base.solid().joint.effort;
-        let within = |samples: &[f64], limit: f64| samples.iter().all(|x| x.is_finite() && x.abs() <= limit);
-        if !(within(&traces.thrust, limit) && within(&traces.effort_v, measure.largest_effort_v)) {
-            return Ok(None);
-        }
-        let experiment = named(recorded("planned", base, &reference, traces)?)?;
-        let own = Floor::estimate(&truth.machine(base)?, &[&experiment])?;
+    ) -> Result<Self> {
+        let own = Floor::estimate(&truth, &[&experiment])?;
         let signals: Vec<Signal> = measure.logged.iter().copied().chain(extra).collect();
         let channels = signals.iter().map(|&signal| {
             let level = own.sigma(signal);
@@ -124,7 +101,7 @@ impl Stage {
             (signal, measure.scales(signal, signals.len(), &sigmas))
         });
         let channels = channels.collect();
-        Ok(Some(Self { experiment, channels }))
+        Ok(Self { experiment, channels })
     }
 
     /// What a hypothesis predicts with several sets of values, all signals one after the other in weighted units of noise; the squared
@@ -162,6 +139,72 @@ impl Stage {
         parts
             .map(|(k, (signal, _))| (*signal, difference.rows(k * samples, samples).norm_squared()))
             .collect()
+    }
+}
+
+/// The first run of a plan, before its noise is known.
+pub(super) struct Draft {
+    experiment: Experiment,
+    /// The machine that is in it.
+    truth: Machine,
+}
+
+impl Draft {
+    /// The run as the machine that `truth` says would make it. None where the axis would need more force than it has, or far more effort than
+    /// was ever recorded.
+    ///
+    /// # Errors
+    /// What a replay refuses: a stroke beyond the joint's limits, say.
+    pub(super) fn of(
+        plan: &Plan,
+        base: &Machine,
+        truth: &Fit,
+        settings: &BTreeMap<String, toml::Value>,
+        measure: &Measure,
+    ) -> Result<Option<Self>> {
+        let reference = plan.references(base).swap_remove(0);
+        let mut settings = settings.clone();
+        if let Some(mass) = plan.added_mass {
+            settings.insert(payload_path(base), payload(base, mass).into());
+        }
+        let named = |mut run: Run| {
+            run.settings.clone_from(&settings);
+            Experiment::new(&run, base)
+        };
+        // The settings of a run are the experiment's business: a run without content asks it for the machine.
+        let still = [Signal::PositionReference, Signal::Position].map(|signal| (signal, reference.clone()));
+        let period_s = base.description().sample_period_s;
+        let still = Run::new("planned", base.motion(), period_s, still.into_iter().collect())?;
+        let truth = truth.machine(base)?;
+        let real = play::from_middle(named(still)?.machine(&truth)?)?;
+        let traces = simulate(&real, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ())?;
+        let limit = base.solid().joint.effort;
+        let within = |samples: &[f64], limit: f64| samples.iter().all(|x| x.is_finite() && x.abs() <= limit);
+        if !(within(&traces.thrust, limit) && within(&traces.effort_v, measure.largest_effort_v)) {
+            return Ok(None);
+        }
+        let experiment = named(recorded("planned", base, &reference, traces)?)?;
+        Ok(Some(Self { experiment, truth }))
+    }
+
+    /// Whether the run may tell another explanation, with the numbers that make it most alike on the recorded runs, from the one that is in it, by what was
+    /// logged: whether they differ by a nat of the least noise that its signals can have, that of the recording.
+    ///
+    /// # Errors
+    /// What a replay refuses.
+    pub(super) fn may_tell(&self, base: &Machine, other: &Fit, measure: &Measure) -> Result<bool> {
+        let predicted = self.experiment.predict_together(&[self.truth.clone(), other.machine(base)?])?;
+        let [own, other] = &predicted[..] else { return Ok(true) };
+        let squares = |&signal: &Signal| {
+            let [Some(own), Some(other)] = [own, other].map(|traces| traces.signal(signal)) else {
+                return 0.0;
+            };
+            let scale = measure.scales(signal, measure.logged.len(), &[measure.floor.sigma(signal)])[0];
+            own.iter().zip(other).map(|(a, b)| ((a - b) * scale).powi(2)).sum()
+        };
+        let nats = 0.5 * measure.logged.iter().map(squares).sum::<f64>();
+        // What is not a number is no proof.
+        Ok(!(nats < LEAST_NATS))
     }
 }
 
@@ -242,8 +285,7 @@ mod tests {
         let measure =
             Measure { floor: &floor, deflation: &|_| 1.0, logged: &logged, largest_effort_v: limit };
         let is_planned = |feed: f64| {
-            let stage = Stage::planned(&plan(feed), &machine, &truth, None, &BTreeMap::new(), &measure);
-            stage.unwrap().is_some()
+            Draft::of(&plan(feed), &machine, &truth, &BTreeMap::new(), &measure).unwrap().is_some()
         };
         // Effort goes with the feed: the loop is linear here.
         assert!(is_planned(4.0) && is_planned(11.9) && !is_planned(12.1));
