@@ -98,6 +98,9 @@ pub fn predictive(
         let score = Score::of(&fit.hypothesis.machine(machine, &values)?, held_out, floor)?;
         let Update { step, strain, occam, .. } = update;
         here = Place { values, residuals, step, strain, occam, score };
+        if here.values != moved {
+            break; // at a bound the step is not the one that was taken
+        }
         if there - foreseen > 2.0 * A_NAT {
             jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
         }
