@@ -287,8 +287,7 @@ impl<'a> Ready<'a> {
             self.held_out.runs(),
             floor,
         )?;
-        let after_predictive = chosen.predictive.score.gap();
-        let gap = verdict::Gap { rigid_body, after_predictive, updated: updated::updated(chosen), ..gap };
+        let gap = verdict::Gap { rigid_body, ..updated::with_predictive(gap, chosen) };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], self.held_out.runs(), &self.floors.common)?;
         attribute::attribute(&mut place, &causes, unexplained);

@@ -2,26 +2,16 @@
 
 use super::candidate::Candidate;
 use super::free::Freedom;
-use super::json;
-use serde::{Deserialize, Serialize};
+use super::verdict::{Gap, Updated};
 
-/// A number of a cause where training and held-out runs together have it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Updated {
-    /// Key path.
-    pub path: String,
-    /// Value of the fit, which has the training runs alone.
-    #[serde(deserialize_with = "json::number")]
-    pub fitted: f64,
-    /// Value with the held-out runs.
-    #[serde(deserialize_with = "json::number")]
-    pub updated: f64,
-    /// Unit.
-    pub unit: String,
+/// The gap of an explanation, with what training and held-out runs together say of its numbers.
+pub fn with_predictive(gap: Gap, candidate: &Candidate) -> Gap {
+    let after_predictive = candidate.predictive.score.gap();
+    Gap { after_predictive, updated: updated(candidate), ..gap }
 }
 
 /// The numbers of causes that the held-out runs move by a standard error or more, the one that moves by the largest share of itself first.
-pub fn updated(candidate: &Candidate) -> Vec<Updated> {
+fn updated(candidate: &Candidate) -> Vec<Updated> {
     let Some(values) = &candidate.predictive.values else { return Vec::new() };
     let fit = &candidate.fit;
     let moved = fit.hypothesis.free.iter().enumerate().filter(|(k, free)| {
@@ -35,15 +25,13 @@ pub fn updated(candidate: &Candidate) -> Vec<Updated> {
         })
         .filter(|number| number.fitted != number.updated)
         .collect();
-    moved.sort_by(|a, b| b.share().total_cmp(&a.share()));
+    moved.sort_by(|a, b| share(b).total_cmp(&share(a)));
     moved
 }
 
-impl Updated {
-    /// How far it moves, as a share of itself.
-    fn share(&self) -> f64 {
-        (self.updated - self.fitted).abs() / self.fitted.abs().max(self.updated.abs())
-    }
+/// How far a number moves, as a share of itself.
+fn share(number: &Updated) -> f64 {
+    (number.updated - number.fitted).abs() / number.fitted.abs().max(number.updated.abs())
 }
 
 #[cfg(test)]

@@ -7,7 +7,6 @@ pub use super::grounds::{Veto, Withheld};
 pub use super::parameter::Parameter;
 pub use super::phase::RunPhase;
 pub use super::place::{Band, Share, Where};
-pub use super::updated::Updated;
 
 use super::identifiability::Identifiability;
 use super::json;
@@ -90,6 +89,21 @@ pub struct SignalGap {
     /// Coefficient of determination after.
     #[serde(deserialize_with = "json::number")]
     pub r2_after: f64,
+}
+
+/// A number of a cause where training and held-out runs together have it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Updated {
+    /// Key path.
+    pub path: String,
+    /// Value of the fit, which has the training runs alone.
+    #[serde(deserialize_with = "json::number")]
+    pub fitted: f64,
+    /// Value with the held-out runs.
+    #[serde(deserialize_with = "json::number")]
+    pub updated: f64,
+    /// Unit.
+    pub unit: String,
 }
 
 /// How large the gap is and how far it shrinks.

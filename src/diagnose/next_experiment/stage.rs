@@ -204,7 +204,7 @@ impl Draft {
         };
         let nats = 0.5 * measure.logged.iter().map(squares).sum::<f64>();
         // What is not a number is no proof.
-        Ok(!(nats < LEAST_NATS))
+        Ok(nats.is_nan() || nats >= LEAST_NATS)
     }
 }
 
