@@ -54,8 +54,8 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> (Vec<Cause>, Vec<
 }
 
 /// Share of the gap that each chosen effect closes: the mean of what it closes alone and what its absence
-/// reopens, scaled so that the shares add up to what all close together. Each explanation has its numbers where training and held-out runs together
-/// have them: a pitch that the training runs leave uncertain is no fault of its effect.
+/// reopens, scaled so that the shares add up to what all close together. For the split each explanation has its numbers where training and held-out runs
+/// together have them: a pitch that the training runs leave uncertain is no fault of its effect. `total` is what all close as they are fitted.
 fn contributions(found: &Found, before: &Score, total: f64) -> BTreeMap<EffectId, f64> {
     let chosen = found.candidates[found.chosen].effects();
     let of = |index: usize| closed(before, &found.candidates[index].predictive.score).value;
@@ -76,7 +76,9 @@ fn contributions(found: &Found, before: &Score, total: f64) -> BTreeMap<EffectId
         })
         .collect();
     let sum: f64 = raw.values().sum();
-    raw.into_iter().map(|(e, share)| (e, if sum > 0.0 { total * share / sum } else { 0.0 })).collect()
+    raw.into_iter()
+        .map(|(e, share)| (e, if sum > 0.0 { total.max(0.0) * share / sum } else { 0.0 }))
+        .collect()
 }
 
 /// Why explanations with other effects cannot be told apart by how they predict.

@@ -8,8 +8,8 @@ use crate::effect::EffectId;
 use crate::machine::Machine;
 
 impl Found {
-    /// Share of the gap that a candidate closes where its numbers are as uncertain as the training runs leave them; what calibration closes by itself is no
-    /// merit of its causes.
+    /// Share of the gap that a candidate closes with its numbers where training and held-out runs together have them; what calibration closes by itself is
+    /// no merit of its causes.
     pub(super) fn share(&self, index: usize, before: &Score) -> f64 {
         let [calibrated, after] = [0, index].map(|k| &self.candidates[k].predictive.score);
         closed(before, after).value.min(closed(calibrated, after).value)

@@ -10,28 +10,21 @@ pub fn with_predictive(gap: Gap, candidate: &Candidate) -> Gap {
     Gap { after_predictive, updated: updated(candidate), ..gap }
 }
 
-/// The numbers of causes that the held-out runs move by a standard error or more, the one that moves by the largest share of itself first.
+/// The numbers of causes that the held-out runs move by a standard error or more, the one that moves by most of them first.
 fn updated(candidate: &Candidate) -> Vec<Updated> {
     let Some(values) = &candidate.predictive.values else { return Vec::new() };
     let fit = &candidate.fit;
-    let moved = fit.hypothesis.free.iter().enumerate().filter(|(k, free)| {
-        let standard_error = fit.covariance[(*k, *k)].sqrt() * free.scale;
-        free.freedom == Freedom::Cause && (values[*k] - fit.values[*k]).abs() >= standard_error
-    });
-    let mut moved: Vec<Updated> = moved
+    let causes = fit.hypothesis.free.iter().enumerate().filter(|(_, free)| free.freedom == Freedom::Cause);
+    let mut moved: Vec<Updated> = causes
         .map(|(k, free)| {
             let [fitted, updated] = [fit.values[k], values[k]];
-            Updated { path: free.path.clone(), fitted, updated, unit: free.unit.to_owned() }
+            let standard_errors = (updated - fitted).abs() / fit.standard_errors[k];
+            Updated { path: free.path.clone(), fitted, updated, standard_errors, unit: free.unit.to_owned() }
         })
-        .filter(|number| number.fitted != number.updated)
+        .filter(|number| number.standard_errors >= 1.0)
         .collect();
-    moved.sort_by(|a, b| share(b).total_cmp(&share(a)));
+    moved.sort_by(|a, b| b.standard_errors.total_cmp(&a.standard_errors));
     moved
-}
-
-/// How far a number moves, as a share of itself.
-fn share(number: &Updated) -> f64 {
-    (number.updated - number.fitted).abs() / number.fitted.abs().max(number.updated.abs())
 }
 
 #[cfg(test)]
@@ -39,7 +32,7 @@ mod tests {
     use super::*;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate};
 
-    /// Two numbers of 1.0 with standard errors of 0.1: the first moves by one and a half of them, the second by two thirds; then both.
+    /// Two numbers of 1.0 with standard errors of 0.1: the first moves by one and a half of them and the second by two thirds of one; then both by more.
     #[test]
     fn exact_numbers_that_move_by_a_standard_error_are_listed() {
         let moved = |values: [f64; 2]| {

@@ -102,6 +102,9 @@ pub struct Updated {
     /// Value with the held-out runs.
     #[serde(deserialize_with = "json::number")]
     pub updated: f64,
+    /// By how many standard errors of the fit it moves.
+    #[serde(deserialize_with = "json::number")]
+    pub standard_errors: f64,
     /// Unit.
     pub unit: String,
 }
@@ -131,7 +134,8 @@ pub struct Gap {
     /// Its 95 % interval.
     #[serde(default, deserialize_with = "json::interval")]
     pub closed_ci95: [f64; 2],
-    /// The smaller of that share, `after_predictive` in the place of `after`, and the same of what calibration alone leaves: what is to the causes' credit.
+    /// The smaller of 1 − (`after_predictive`² − 1)/(`before`² − 1) and the same with what calibration alone leaves in the place of `before`: what is to
+    /// the causes' credit.
     #[serde(default, deserialize_with = "json::number")]
     pub closed_beside_calibration: f64,
     /// Whether the noise of every signal was seen in the recording: in repeats, or at standstill as at least a third of what is

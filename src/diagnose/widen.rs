@@ -88,16 +88,21 @@ impl Search<'_> {
             *k != found.chosen
                 && (1..=most).contains(&effects.len())
                 && !widened.contains(effects)
+                && (!found.candidates[*k].thorough || found.is_resolved(*k))
                 && (found.chosen == 0 || found.beyond_chance(*k, 0))
         };
         let mut next: Vec<usize> = (0..found.candidates.len()).filter(is_next).collect();
         next.sort_by(|&a, &b| found.left(a).total_cmp(&found.left(b)));
-        next.dedup_by(|a, b| found.left(*a) <= found.left(*b) * (1.0 + SAME));
-        let mut runners_up = Vec::new();
+        let mut runners_up: Vec<usize> = Vec::new();
         for some in next.chunks(RUNNERS_UP).take(TRIES) {
             let open = some.iter().copied().filter(|&k| !found.candidates[k].thorough).collect();
             self.fit_to_the_end(found, open)?;
-            runners_up.extend(some.iter().copied().filter(|&k| found.is_resolved(k)));
+            for &k in some.iter().filter(|&&k| found.is_resolved(k)) {
+                let is_same = |other: &usize| (found.left(k) / found.left(*other) - 1.0).abs() < SAME;
+                if !runners_up.iter().any(is_same) {
+                    runners_up.push(k);
+                }
+            }
             if runners_up.len() >= RUNNERS_UP {
                 break;
             }

@@ -469,16 +469,23 @@ fn exact_several_causes_are_told_together() {
 fn exact_numbers_that_the_training_runs_leave_uncertain_are_told() {
     let mut d = diagnosis();
     (d.gap.after, d.gap.after_predictive) = (37.3, 2.05);
-    let moved = |key: &str, fitted, updated, unit: &str| {
+    let moved = |key: &str, [fitted, updated, standard_errors]: [f64; 3], unit: &str| {
         let path = format!("effect.force_ripple.{key}");
-        Updated { path, fitted, updated, unit: unit.to_owned() }
+        Updated { path, fitted, updated, standard_errors, unit: unit.to_owned() }
     };
-    d.gap.updated = vec![moved("cosine", 0.01, 0.02, "1"), moved("period_m", 0.038, 0.0442, "m")];
-    let told = "As fitted, 37.3 × noise remains: the training runs leave numbers uncertain that the held-out runs tell. With both, period of \
-                force ripple of the motor is 44.2 mm, not 38.0 mm, and 2.05 × noise remains.";
+    let cosine = moved("cosine", [0.01, 0.02, 2.0], "1");
+    d.gap.updated = vec![cosine.clone(), moved("period_m", [0.038, 0.0442, 1.7], "m")];
+    let told = "As fitted, 37.3 × noise remains: the training runs leave numbers uncertain that the held-out runs tell. With both kinds of \
+                run, the period of force ripple of the motor is 44.2 mm, not 38.0 mm, and 2.05 × noise remains.";
     let both = reports(&d, Motion::Prismatic);
     holds(&both, &[told]);
     lacks(&both, &["unexplained."]);
+    d.gap.updated = vec![cosine];
+    holds(&reports(&d, Motion::Prismatic), &["With both kinds of run 2.05 × noise remains."]);
+    // What contradicts the training runs is not uncertain.
+    d.gap.updated[0].standard_errors = 20.0;
+    lacks(&reports(&d, Motion::Prismatic), &["As fitted"]);
+    d.gap.updated[0].standard_errors = 2.0;
     // Numbers that close little of what the fit leaves are no explanation of it.
     d.gap.after_predictive = 30.0;
     let both = reports(&d, Motion::Prismatic);

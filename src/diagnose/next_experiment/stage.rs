@@ -188,7 +188,7 @@ impl Draft {
     }
 
     /// Whether the run may tell another explanation, with the numbers that make it most alike on the recorded runs, from the one that is in it, by what was
-    /// logged: whether they differ by a nat of the least noise that its signals can have, that of the recording.
+    /// logged: whether they differ by a nat at the least noise that its signals can have, that of the recording.
     ///
     /// # Errors
     /// What a replay refuses.
