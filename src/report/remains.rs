@@ -37,6 +37,7 @@ fn uncertain(diagnosis: &Diagnosis) -> Option<String> {
     let Gap { after, after_predictive: within, updated, .. } = &diagnosis.gap;
     let is_of_numbers = diagnosis.verdict != Verdict::Unknown
         && *after > REMAINS
+        && *within > 0.0
         && within.powi(2) - 1.0 < MOST * (after.powi(2) - 1.0)
         && updated.iter().all(|number| number.standard_errors <= FARTHEST);
     is_of_numbers.then(|| {
