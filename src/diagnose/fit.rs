@@ -270,14 +270,10 @@ fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
     let pulls = weights.component_mul(&residuals);
     let mut scatter = DMatrix::zeros(count, count);
     for block in blocks(objective) {
-        let score = |k: usize| -> f64 {
-            let of = |range: &Range<usize>| {
-                let own = jacobian.column(k);
-                own.rows(range.start, range.len()).dot(&pulls.rows(range.start, range.len()))
-            };
-            block.iter().map(of).sum()
+        let product = |k: usize, Range { start, end }: &Range<usize>| {
+            jacobian.column(k).rows_range(*start..*end).dot(&pulls.rows_range(*start..*end))
         };
-        let score = DVector::from_fn(count, |k, _| score(k));
+        let score = DVector::from_fn(count, |k, _| block.iter().map(|range| product(k, range)).sum::<f64>());
         scatter += &score * score.transpose();
     }
     let inverse = inverted(&normal);

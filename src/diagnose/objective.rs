@@ -237,16 +237,12 @@ impl<'a> Objective<'a> {
         values: &[f64],
     ) -> (DMatrix<f64>, DVector<f64>) {
         let (weight, pull) = self.hypothesis.prior(values);
-        let mut weighted = jacobian.clone();
-        for mut column in weighted.column_iter_mut() {
-            column.component_mul_assign(weights);
-        }
+        let weighted = weighted(jacobian, weights);
         let mut normal = DMatrix::from_diagonal(&weight);
+        // It is symmetric.
         for a in 0..normal.nrows() {
             for b in 0..=a {
-                // It is symmetric.
-                let product = weighted.column(a).dot(&jacobian.column(b));
-                normal[(a, b)] += product;
+                normal[(a, b)] += weighted.column(a).dot(&jacobian.column(b));
                 normal[(b, a)] = normal[(a, b)];
             }
         }
@@ -329,6 +325,13 @@ impl<'a> Objective<'a> {
         }
         rows
     }
+}
+
+/// W·J: each row of a Jacobian by its weight.
+pub(super) fn weighted(jacobian: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
+    let mut weighted = jacobian.clone();
+    weighted.column_iter_mut().for_each(|mut column| column.component_mul_assign(weights));
+    weighted
 }
 
 /// Mean of z², at most [`GUARD`]², of a standard normal variable z: `2Φ(g) − 1 − 2g·φ(g) + 2g²·(1 − Φ(g))`.

@@ -4,7 +4,7 @@ use super::evidence::Score;
 use super::experiment::HeldOut;
 use super::fit::{Fit, inside};
 use super::noise::Floor;
-use super::objective::Objective;
+use super::objective::{Objective, weighted};
 use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::{DMatrix, DVector};
@@ -14,7 +14,7 @@ use nalgebra::{DMatrix, DVector};
 pub struct Predictive {
     /// The score there.
     pub score: Score,
-    /// What that costs in log-likelihood: how far the numbers had to move, and how much they might have.
+    /// What that costs in log-likelihood, in nats: how far the numbers had to move, and how much they might have.
     pub cost: f64,
     /// The numbers there, in the order of the fit's; none where they stay.
     pub values: Option<Vec<f64>>,
@@ -31,7 +31,7 @@ impl Predictive {
 const ROUNDS: usize = 4;
 /// Places to which the numbers are moved, at most; a choice of cost, most stay at the first.
 const MOST_PLACES: usize = 6;
-/// Log-likelihood by which a replay may leave more than the linear form says, and that another place must gain.
+/// Log-likelihood by which a replay may leave more than the linear form says, and that another place must gain, in nats: less than chance makes.
 const A_NAT: f64 = 1.0;
 
 /// The posterior-predictive score of a fit; `score` is that of its values.
@@ -46,7 +46,7 @@ const A_NAT: f64 = 1.0;
 /// ```
 /// the integral over θ of a Gaussian likelihood. W is 1/(v·τ·m) a sample: v the mean square of the signal's own r', at least that of its noise, τ its lag-summed
 /// autocorrelation and m the number of signals, as in [`Score::log_likelihoods`]. The squares are those of a replay at θ̂ + Δ, not of the linear
-/// prediction. From there Δ is found anew (Gauss and Newton's method) with v and τ of that place, and with J of it where the squares are more than foreseen by
+/// prediction. From there Δ is found anew (Gauss–Newton) with v and τ of that place, and with J of it where the squares are more than foreseen by
 /// more than a nat. Strokes of 20 mm leave a pitch of 44 mm uncertain by 7 mm, and over that what a stroke of 37 mm leaves is not linear.
 ///
 /// # Validity
@@ -119,6 +119,7 @@ struct Place {
     residuals: DVector<f64>,
     /// How far that is from the fit, in units of the numbers' scales.
     step: DVector<f64>,
+    /// ½·ΔᵀC⁻¹Δ of that, in nats.
     strain: f64,
     score: Score,
 }
@@ -152,13 +153,6 @@ fn system(weighted: &DMatrix<f64>, jacobian: &DMatrix<f64>, covariance: &DMatrix
     DMatrix::identity(information.nrows(), information.nrows()) + information * covariance
 }
 
-/// W·J.
-fn weighted(jacobian: &DMatrix<f64>, weights: &DVector<f64>) -> DMatrix<f64> {
-    let mut weighted = jacobian.clone();
-    weighted.column_iter_mut().for_each(|mut column| column.component_mul_assign(weights));
-    weighted
-}
-
 /// ½·ln det(I + JᵀWJ·C): how much the numbers might have moved; none where that is not finite.
 fn occam(jacobian: &DMatrix<f64>, weights: &DVector<f64>, covariance: &DMatrix<f64>) -> Option<f64> {
     let factors = system(&weighted(jacobian, weights), jacobian, covariance).lu();
@@ -172,7 +166,7 @@ struct Update {
     step: DVector<f64>,
     /// Weights of the residuals there.
     weights: DVector<f64>,
-    /// ½·ΔᵀC⁻¹Δ.
+    /// ½·ΔᵀC⁻¹Δ, in nats.
     strain: f64,
 }
 

@@ -4,14 +4,13 @@ use super::number::{percent, value};
 use super::place::{banded, named, top};
 use super::words::{listed, name, phrase, times_noise};
 use crate::diagnose::Verdict;
+use crate::diagnose::thresholds::MOST;
 use crate::diagnose::verdict::{Diagnosis, Gap, Updated};
 use crate::units::Motion;
 
 /// From this gap on, what remains behind the named causes is worth a sentence.
 const REMAINS: f64 = 1.5;
-/// Share of what the fit leaves from which the uncertainty of its numbers explains it.
-const MOST: f64 = 0.5;
-/// Standard errors beyond which a number of the held-out runs contradicts that of the training runs.
+/// Standard errors beyond which a number of the held-out runs contradicts that of the training runs: 6·10⁻⁵ by chance.
 const FARTHEST: f64 = 4.0;
 
 /// What the causes leave open, as a sentence more.
@@ -38,7 +37,7 @@ fn uncertain(diagnosis: &Diagnosis) -> Option<String> {
     let is_of_numbers = diagnosis.verdict != Verdict::Unknown
         && *after > REMAINS
         && *within > 0.0
-        && within.powi(2) - 1.0 < MOST * (after.powi(2) - 1.0)
+        && within.powi(2) - 1.0 < (1.0 - MOST) * (after.powi(2) - 1.0)
         && updated.iter().all(|number| number.standard_errors <= FARTHEST);
     is_of_numbers.then(|| {
         let number = updated.iter().find_map(moved).unwrap_or_default();
