@@ -52,8 +52,8 @@ const A_NAT: f64 = 1.0;
 /// # Validity
 /// Hypotheses that were fitted to the end and share the common noise floor; the others are compared by the score of their fit. To first order in Δ
 /// for its cost: the training runs are quadratic about θ̂. The last place stays whose replay, at the full step, gained more than it cost by the weights of that
-/// step; the fit's own, where the first did not. Where a number leaves its range it stays at the end of it, the cost is that of the step beyond, and no further
-/// step is taken.
+/// step; the fit's own, where the first did not. Where a number leaves its range it stays at the end of it, and the cost is that of the step beyond, which is
+/// too small where it is correlated with others.
 ///
 /// # Source
 /// Gelman, Carlin, Stern, Dunson, Vehtari, Rubin (2013), *Bayesian Data Analysis*, 3rd ed., ch. 7 and 14.
@@ -95,11 +95,11 @@ pub fn predictive(
             break;
         }
         let score = Score::of(&fit.hypothesis.machine(machine, &values)?, held_out, floor)?;
-        let Update { step, strain, .. } = update;
-        here = Place { values, residuals, step, strain, score };
-        if here.values != moved {
-            break; // The step that was taken ended at a bound, and `step` does not.
-        }
+        let way = fit.hypothesis.free.iter().zip(values.iter().zip(&fit.values));
+        let way = way.map(|(free, (there, fitted))| (there - fitted) / free.scale);
+        // Not the step of the update: that may have ended at a bound.
+        let step = DVector::from_iterator(values.len(), way);
+        here = Place { values, residuals, step, strain: update.strain, score };
         if there - foreseen > 2.0 * A_NAT {
             jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
         }
@@ -119,7 +119,7 @@ struct Place {
     residuals: DVector<f64>,
     /// How far that is from the fit, in units of the numbers' scales.
     step: DVector<f64>,
-    /// ½·ΔᵀC⁻¹Δ of that, in nats.
+    /// ½·ΔᵀC⁻¹Δ of the update that led there, in nats.
     strain: f64,
     score: Score,
 }
