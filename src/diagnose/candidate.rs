@@ -20,6 +20,8 @@ pub struct Candidate {
     pub score: Score,
     /// Its posterior-predictive score, by which explanations are compared.
     pub predictive: Predictive,
+    /// The gap G that it leaves of the training runs.
+    pub training_gap: f64,
     /// Whether the score is by a noise floor of its own: its effects make noise.
     pub has_own_floor: bool,
     /// Whether it was fitted to the end; the others were left when they showed that they do not matter.

@@ -69,6 +69,10 @@ pub struct Evidence {
     pub gap_after: f64,
     /// Share of the gap's power that its effects close beside calibration.
     pub closed: f64,
+    /// G of the calibrated twin on the training runs.
+    pub training_before: f64,
+    /// G on the training runs with the explanation in the twin, as fitted to them.
+    pub training_after: f64,
     /// Whether the noise was seen in the recording.
     pub noise_is_measured: bool,
     /// Posterior probability that all of its effects act.
@@ -78,18 +82,15 @@ pub struct Evidence {
 impl Evidence {
     /// The verdict that the evidence gives.
     ///
+    /// - `unknown`: more is left of the held-out runs, or of the training runs, than may stay open.
     /// - `no_gap`: no effect is named, and noise is all that is left, or all that there was.
-    /// - `unknown`: more is left than noise leaves, than a small gap, and than the share that may stay open.
     /// - `cause`: little is left, and the effects named act with the probability that decides.
     /// - `undecided`: little is left, and other effects may act in their place.
     pub fn verdict(&self, limits: &Limits) -> Verdict {
-        let is_quiet = self.gap_after <= ADEQUATE_GAP;
-        if !self.names_effects {
-            let was_quiet = self.gap_before <= ADEQUATE_GAP;
-            return if is_quiet || was_quiet { Verdict::NoGap } else { Verdict::Unknown };
-        }
         if !self.leaves_little(limits) {
             Verdict::Unknown
+        } else if !self.names_effects {
+            Verdict::NoGap
         } else if self.probability >= limits.probability {
             Verdict::Cause
         } else {
@@ -97,11 +98,33 @@ impl Evidence {
         }
     }
 
-    /// Whether no more is left than noise leaves, than a small gap, or than the share that may stay open.
+    /// Whether held-out and training runs are explained.
     pub fn leaves_little(&self, limits: &Limits) -> bool {
-        let open = limits.open_share * if self.noise_is_measured { 1.0 } else { STATED_NOISE };
+        self.explains_held_out(limits) && self.explains_training(limits)
+    }
+
+    /// Whether no more is left of the held-out runs than noise leaves, than a small gap, or than the share that may stay open; without effects, noise is all
+    /// that is left or all that there was.
+    pub fn explains_held_out(&self, limits: &Limits) -> bool {
+        let was_quiet = !self.names_effects && self.gap_before <= ADEQUATE_GAP;
         let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY;
-        self.gap_after <= ADEQUATE_GAP || is_small || self.closed >= 1.0 - open
+        let is_little = is_small || self.closed >= 1.0 - self.may_stay(limits);
+        self.gap_after <= ADEQUATE_GAP || was_quiet || is_little
+    }
+
+    /// Whether no more is left of the training runs than a small gap, or than the share that may stay open.
+    ///
+    /// The numbers are fitted to these runs: what is left of them is no uncertainty of numbers. An event that the held-out runs do not have (a blow,
+    /// a place that they do not reach) shows here only.
+    pub fn explains_training(&self, limits: &Limits) -> bool {
+        let above_noise = |gap: f64| (gap * gap - 1.0).max(0.0);
+        self.training_after <= limits.small_gap
+            || above_noise(self.training_after) <= self.may_stay(limits) * above_noise(self.training_before)
+    }
+
+    /// Share of the gap's power that may stay open.
+    fn may_stay(&self, limits: &Limits) -> f64 {
+        limits.open_share * if self.noise_is_measured { 1.0 } else { STATED_NOISE }
     }
 }
 
@@ -142,6 +165,8 @@ mod tests {
         gap_before: 1000.0,
         gap_after: 1.0,
         closed: 1.0,
+        training_before: 1000.0,
+        training_after: 1.0,
         noise_is_measured: true,
         probability: 1.0,
     };
@@ -183,6 +208,19 @@ mod tests {
         };
         assert_eq!([nothing(9.0, 1.2), nothing(1.2, 9.0)], [Verdict::NoGap; 2]);
         assert_eq!(nothing(9.0, 1.3), Verdict::Unknown);
+    }
+
+    /// What explains the held-out runs is no verdict where of the training runs more than a small gap is left, and more than a thousandth of the power
+    /// that calibration leaves of them.
+    #[test]
+    fn exact_training_runs_that_are_not_explained_withhold_every_verdict_of_the_held_out_runs() {
+        for evident in [Verdict::NoGap, Verdict::Cause, Verdict::Undecided] {
+            let verdict = |training_before: f64, training_after: f64| {
+                Evidence { training_before, training_after, ..evidence(evident) }.verdict(&LIMITS)
+            };
+            assert_eq!([verdict(3.0, 2.9), verdict(3.2, 3.1)], [evident, Verdict::Unknown]);
+            assert_eq!([verdict(1000.0, 31.0), verdict(1000.0, 33.0)], [evident, Verdict::Unknown]);
+        }
     }
 
     const UNEXPLAINED: Before = Before { is_explained: false, gap_after: 5.0 };

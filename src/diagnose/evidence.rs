@@ -46,7 +46,7 @@ struct Cell {
 }
 
 /// Blocks over all held-out runs together; fewer than twenty leave a bootstrap without spread.
-const BLOCKS: usize = 40;
+pub(super) const BLOCKS: usize = 40;
 
 impl Score {
     /// Scores a machine on held-out runs.

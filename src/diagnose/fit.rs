@@ -26,6 +26,8 @@ pub struct Fit {
     pub values: Vec<f64>,
     /// Size of what it leaves of the training runs, by which fits of one hypothesis are compared.
     pub size: f64,
+    /// Mean square of the normalised residuals that it leaves of the training runs, every signal weighing the same.
+    pub mean_square: f64,
     /// Standard errors of the values, robust to autocorrelated and uneven residuals.
     pub standard_errors: Vec<f64>,
     /// Their covariance, each in units of its number's scale.
@@ -289,8 +291,9 @@ fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
         shows((0..free.len()).filter(own).collect(), free, &values, &covariance, frequencies)
     };
     let shown = effects.filter(shows).collect();
-    let size = objective.size(&residuals);
-    Ok(Fit { hypothesis: objective.hypothesis.clone(), values, size, standard_errors, covariance, shown })
+    let (size, mean_square) = (objective.size(&residuals), objective.mean_square(&residuals));
+    let hypothesis = objective.hypothesis.clone();
+    Ok(Fit { hypothesis, values, size, mean_square, standard_errors, covariance, shown })
 }
 
 /// The values with those of the twin in the place of numbers that do nothing on these runs: where a fit of them started says nothing. A
@@ -368,6 +371,7 @@ mod tests {
             hypothesis: hypothesis(vec![Free { neutral, ..number(EffectId::Cogging, "period_m") }]),
             values: vec![value],
             size: 0.0,
+            mean_square: 0.0,
             standard_errors: vec![standard_error],
             covariance: DMatrix::zeros(1, 1),
             shown: EffectSet::new(),

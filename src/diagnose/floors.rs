@@ -8,6 +8,7 @@ use super::motion;
 use super::noise::Floor;
 use super::proposals::Proposals;
 use super::thresholds::STATED_NOISE;
+use super::training_gap::TrainingGap;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -62,6 +63,22 @@ impl Floors {
             }
         }
         Ok((Score::of(&twin, runs, &self.common)?, false))
+    }
+
+    /// The gap that a fit leaves of the training runs; by the floor of its effects, where it is scored by that.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub fn training_gap(
+        &self,
+        machine: &Machine,
+        fit: &Fit,
+        runs: &Training,
+        has_own_floor: bool,
+    ) -> Result<f64> {
+        let own = self.own(&fit.hypothesis.effects).filter(|_| has_own_floor);
+        let Some(own) = own else { return Ok(fit.mean_square.sqrt()) };
+        Ok(TrainingGap::of(&fit.machine(machine)?, runs, own)?.gap)
     }
 }
 

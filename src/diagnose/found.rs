@@ -272,6 +272,7 @@ pub(super) mod tests {
         let fit = Fit {
             values: vec![value; free.len()],
             size: 0.0,
+            mean_square,
             standard_errors: vec![0.1; free.len()],
             covariance: nalgebra::DMatrix::from_diagonal_element(free.len(), free.len(), 0.01),
             shown: effects,
@@ -279,7 +280,8 @@ pub(super) mod tests {
         };
         let score = Score::even(mean_square);
         let predictive = Predictive::of(score.clone());
-        Candidate { fit, score, predictive, has_own_floor: false, thorough: true }
+        let training_gap = mean_square.sqrt();
+        Candidate { fit, score, predictive, training_gap, has_own_floor: false, thorough: true }
     }
 
     pub(in crate::diagnose) fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {

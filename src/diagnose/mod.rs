@@ -14,6 +14,7 @@ pub mod cause;
 pub mod check;
 pub mod compare;
 mod conclude;
+mod conditional;
 mod continuation;
 pub mod cut;
 mod dead_reference;
@@ -70,6 +71,7 @@ pub mod shape;
 mod short_travel;
 pub mod smooth;
 pub mod thresholds;
+pub mod training_gap;
 pub mod untested;
 mod updated;
 pub mod verdict;
@@ -102,6 +104,7 @@ use next_experiment::NextExperiment;
 use noise::Floor;
 use selection::Search;
 use std::collections::BTreeMap;
+use training_gap::TrainingGap;
 use visibility::View;
 
 /// What a diagnosis may name, and who is told how it goes on.
@@ -287,11 +290,11 @@ impl<'a> Ready<'a> {
             self.held_out.runs(),
             floor,
         )?;
-        let gap = verdict::Gap { rigid_body, ..updated::with_predictive(gap, chosen) };
+        let training = self.training_gap(found, &improved, floor, &options.limits)?;
+        let gap = verdict::Gap { rigid_body, training, ..updated::with_predictive(gap, chosen) };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], self.held_out.runs(), &self.floors.common)?;
         attribute::attribute(&mut place, &causes, unexplained);
-        let left = self.left(verdict, chosen.score.gap(), &improved, floor)?;
         Ok(Diagnosis {
             schema: verdict::SCHEMA.to_owned(),
             verdict,
@@ -307,11 +310,11 @@ impl<'a> Ready<'a> {
                 self.held_out.runs(),
                 floor,
             )?,
+            left: self.left(verdict, &gap, &improved, floor)?,
             gap,
             following_error: self.following_error(),
             place,
             unexplained,
-            left,
             next_experiment,
             causes,
             untested: if verdict == Verdict::Unknown { self.untested(options) } else { Vec::new() },
@@ -343,18 +346,44 @@ impl<'a> Ready<'a> {
         Ok(folds)
     }
 
-    /// The shape of what stays open; none where noise is all that is left.
+    /// What the chosen explanation, `improved`, leaves of the training runs.
+    fn training_gap(
+        &self,
+        found: &Found,
+        improved: &Machine,
+        floor: &Floor,
+        limits: &Limits,
+    ) -> Result<TrainingGap> {
+        let is_measured = floor.is_measured();
+        let evidence = found.evidence(found.chosen, &self.before, is_measured);
+        let is_only_here = evidence.explains_held_out(limits) && !evidence.explains_training(limits);
+        let explained_by = match is_only_here {
+            true => {
+                found.simplest_sufficient(&self.before, is_measured).map(|e| e.name().to_owned()).collect()
+            }
+            false => Vec::new(),
+        };
+        let gap = TrainingGap::of(improved, &self.training, floor)?;
+        Ok(TrainingGap { is_only_here, explained_by, ..gap })
+    }
+
+    /// The shape of what stays open of the held-out runs, or of the training runs where they alone are not explained; none where noise is all that is
+    /// left.
     fn left(
         &self,
         verdict: Verdict,
-        gap: f64,
+        gap: &verdict::Gap,
         improved: &Machine,
         floor: &Floor,
     ) -> Result<Option<shape::Shape>> {
-        if verdict == Verdict::NoGap || gap <= thresholds::ADEQUATE_GAP {
+        if verdict == Verdict::NoGap || gap.after <= thresholds::ADEQUATE_GAP && !gap.training.is_only_here {
             return Ok(None);
         }
-        shape::shape(improved, self.held_out.runs(), floor).map(Some)
+        let (runs, name) = match gap.training.is_only_here {
+            true => (self.training.runs(), "training"),
+            false => (self.held_out.runs(), "held-out"),
+        };
+        shape::shape(improved, runs, name, floor).map(Some)
     }
 
     fn following_error(&self) -> Option<verdict::FollowingError> {

@@ -305,6 +305,17 @@ impl<'a> Objective<'a> {
             .sum()
     }
 
+    /// Mean square of residuals, every signal weighing the same.
+    pub(super) fn mean_square(&self, residuals: &DVector<f64>) -> f64 {
+        let signals = self.signal_rows();
+        let of = |rows: &Vec<Rows>| {
+            let part = |part: &Rows| residuals.rows(part.offset, part.samples).norm_squared();
+            let count: usize = rows.iter().map(|part| part.samples).sum();
+            rows.iter().map(part).sum::<f64>() / count.max(1) as f64
+        };
+        signals.values().map(of).sum::<f64>() / signals.len().max(1) as f64
+    }
+
     /// Rows of one signal, a range for each run that has it.
     pub(super) fn rows_of(&self, signal: Signal) -> Vec<Range<usize>> {
         let rows = self.signal_rows().remove(&signal).unwrap_or_default();

@@ -23,6 +23,8 @@ impl Found {
             gap_before: before.gap(),
             gap_after: candidate.predictive.score.gap(),
             closed: self.share(index, before),
+            training_before: self.candidates[0].training_gap,
+            training_after: candidate.training_gap,
             noise_is_measured,
             probability: self.probability(candidate.effects()),
         }
@@ -44,6 +46,23 @@ impl Found {
         let is_small = self.candidates[index].predictive.score.gap() <= self.limits.small_gap;
         self.is_sufficient(index, before, noise_is_measured)
             && (is_small || !self.loses_ground(index, before))
+    }
+
+    /// The explanation with the fewest effects that leaves little of held-out and training runs, of equals the one that leaves least of the training runs;
+    /// its effects.
+    pub(super) fn simplest_sufficient(
+        &self,
+        before: &Score,
+        noise_is_measured: bool,
+    ) -> impl Iterator<Item = EffectId> {
+        let is_it =
+            |&k: &usize| self.candidates[k].thorough && self.is_sufficient(k, before, noise_is_measured);
+        let order = |&a: &usize, &b: &usize| {
+            let [a, b] = [a, b].map(|k| &self.candidates[k]);
+            a.effects().len().cmp(&b.effects().len()).then(a.training_gap.total_cmp(&b.training_gap))
+        };
+        let simplest = (0..self.candidates.len()).filter(is_it).min_by(order);
+        simplest.into_iter().flat_map(|k| self.candidates[k].effects().iter().copied())
     }
 
     /// Posterior probability that an effect acts.

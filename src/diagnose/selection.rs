@@ -301,7 +301,8 @@ impl Search<'_> {
         } else {
             Predictive::of(score.clone())
         };
-        Ok(Candidate { fit, score, predictive, has_own_floor, thorough })
+        let training_gap = self.floors.training_gap(self.machine, &fit, self.training, has_own_floor)?;
+        Ok(Candidate { fit, score, predictive, training_gap, has_own_floor, thorough })
     }
 
     /// Adds the best effect as long as that is beyond chance and material.

@@ -54,11 +54,11 @@ const NOTABLE: f64 = 0.2;
 /// A band that holds this many times its even share stands out.
 const CONCENTRATED: f64 = 2.0;
 
-/// Describes what `machine`, the twin with all that was found, leaves open on these runs.
+/// Describes what `machine`, the twin with all that was found, leaves open on these runs, which are called `runs`.
 ///
 /// # Errors
 /// Whatever a replay refuses.
-pub fn shape(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Result<Shape> {
+pub fn shape(machine: &Machine, experiments: &[Experiment], runs: &str, floor: &Floor) -> Result<Shape> {
     let place = locate([machine, machine], experiments, floor)?;
     let screen = motion::screen(experiments, machine)?;
     let follows = follows(&screen);
@@ -70,7 +70,8 @@ pub fn shape(machine: &Machine, experiments: &[Experiment], floor: &Floor) -> Re
     let best = found.into_iter().max_by(|a, b| a.share.total_cmp(&b.share));
     let repeats_every =
         best.filter(|p| p.share >= NOTABLE).map(|p| Repeats { pitch: p.period, share: p.share });
-    let sentence = sentence(&place, &follows, repeats_every.as_ref(), machine.motion());
+    let parts = parts(&place, &follows, repeats_every.as_ref(), machine.motion());
+    let sentence = format!("What is left of the {runs} runs: {}.", parts.join("; "));
     Ok(Shape { place, follows, repeats_every, sentence })
 }
 
@@ -101,7 +102,7 @@ fn follows(screen: &Screen) -> Vec<Follows> {
     list
 }
 
-fn sentence(place: &Where, follows: &[Follows], repeats: Option<&Repeats>, motion: Motion) -> String {
+fn parts(place: &Where, follows: &[Follows], repeats: Option<&Repeats>, motion: Motion) -> Vec<String> {
     let (length, speed) = match motion {
         Motion::Prismatic => ("m", "m/s"),
         Motion::Revolute => ("rad", "rad/s"),
@@ -128,5 +129,5 @@ fn sentence(place: &Where, follows: &[Follows], repeats: Option<&Repeats>, motio
         let pitch = engineering(repeats.pitch, length);
         parts.push(format!("{:.0} % of the missing force repeats every {pitch}", 100.0 * repeats.share));
     }
-    format!("What is left: {}.", parts.join("; "))
+    parts
 }

@@ -16,6 +16,7 @@ use super::prove::RigidBody;
 use super::residual_whiteness::ResidualWhiteness;
 use super::shape::Shape;
 use super::thresholds::LARGELY;
+pub use super::training_gap::{Stretch, TrainingGap};
 use super::untested::Untested;
 use super::visibility::NotExamined;
 use crate::recording::{Cut, Samples};
@@ -148,6 +149,9 @@ pub struct Gap {
     /// The same in the rigid-body scene; none without causes, and where the scene cannot be built.
     #[serde(default)]
     pub rigid_body: Option<RigidBody>,
+    /// What the explanation leaves of the training runs.
+    #[serde(default)]
+    pub training: TrainingGap,
     /// Signal by signal.
     #[serde(default)]
     pub signals: Vec<SignalGap>,

@@ -265,7 +265,7 @@ impl Run {
     }
 
     /// Time of a sample as the file counts; of the one after the last, the time of the last.
-    pub(super) fn file_time_s(&self, sample: usize) -> f64 {
+    pub fn file_time_s(&self, sample: usize) -> f64 {
         self.start_s + self.time_s(sample.min(self.len() - 1))
     }
 

@@ -148,6 +148,10 @@ pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
             "Nothing to put into machine.toml yet: record a run in which the rivals differ, or strike those \
              that the machine cannot have with --without, and diagnose again."
         }
+        Verdict::Unknown if diagnosis.gap.training.is_only_here => {
+            "Look at the machine and its log in that stretch. If what happens there comes back, hold out a run that has it; if it was one event, \
+             leave that run out; and diagnose again."
+        }
         Verdict::Unknown => {
             "Look at the machine where the gap is largest; a law that the catalogue lacks can be added to it \
              as one file."

@@ -2,10 +2,11 @@
 
 use super::number::{percent, value};
 use super::place::{banded, named, top};
-use super::words::{listed, name, phrase, times_noise};
+use super::stretches::seconds;
+use super::words::{listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
 use crate::diagnose::thresholds::MOST;
-use crate::diagnose::verdict::{Diagnosis, Gap, Updated};
+use crate::diagnose::verdict::{Diagnosis, Gap, Stretch, Updated};
 use crate::units::Motion;
 
 /// From this gap on, what remains behind the named causes is worth a sentence.
@@ -19,6 +20,9 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
     if let Some(text) = uncertain(diagnosis) {
         return text;
     }
+    if let Some(text) = only_in_training(diagnosis) {
+        return format!(" {text}");
+    }
     match diagnosis.verdict {
         Verdict::Unknown => {
             format!(
@@ -29,6 +33,32 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
         _ if diagnosis.gap.after > REMAINS => format!(" A gap of {left} remains unexplained."),
         _ => String::new(),
     }
+}
+
+/// That the training runs alone are not explained, and where in them most is left; none where it is not so.
+pub(super) fn only_in_training(diagnosis: &Diagnosis) -> Option<String> {
+    let Gap { before, after, training, .. } = &diagnosis.gap;
+    // Numbers that were fitted to what the held-out runs do not have may predict these worse than the twin as it is.
+    let held_out = if diagnosis.causes.is_empty() { before.min(*after) } else { *after };
+    let place = |worst: &Stretch| {
+        let [from, to] = [worst.from_s, worst.to_s].map(seconds);
+        format!(", most of it in `{}` from {from} to {to} s ({})", worst.run, times_noise(worst.gap))
+    };
+    training.is_only_here.then(|| {
+        let mut text = format!(
+            "A gap of {} remains in the training runs{}. The held-out runs do not show it ({}).",
+            times_noise(training.gap),
+            training.worst.as_ref().map(place).unwrap_or_default(),
+            times_noise(held_out)
+        );
+        if !training.explained_by.is_empty() {
+            text += &format!(
+                " It would be explained by {}, which no held-out run can judge.",
+                together(&training.explained_by)
+            );
+        }
+        text
+    })
 }
 
 /// That the training runs leave the numbers uncertain, where those with the held-out runs close most of what the fit leaves and are near those of the fit.

@@ -2,7 +2,7 @@
 
 use super::changes;
 use super::number::{percent, plain, probability, value};
-use super::remains::{largest, remains};
+use super::remains::{largest, only_in_training, remains};
 use super::withheld;
 use super::words::{described, listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
@@ -152,6 +152,9 @@ fn undecided(diagnosis: &Diagnosis) -> String {
 
 fn unknown(diagnosis: &Diagnosis, motion: Motion) -> String {
     let gap = &diagnosis.gap;
+    if let Some(text) = only_in_training(diagnosis) {
+        return text;
+    }
     let mut text =
         format!("A gap of {} remains that no effect of the catalogue explains", times_noise(gap.after));
     let effects: Vec<String> = diagnosis.causes.iter().map(|cause| cause.effect.clone()).collect();

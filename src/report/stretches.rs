@@ -41,7 +41,7 @@ pub fn cut(cut: &Cut) -> String {
 }
 
 /// Up to a millisecond, without zeros at the end.
-fn seconds(time_s: f64) -> String {
+pub(super) fn seconds(time_s: f64) -> String {
     let text = format!("{time_s:.3}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
 }

@@ -21,6 +21,7 @@ mod longer_travel;
 mod missing_signals;
 mod modes;
 mod next_experiment;
+mod only_in_training;
 mod payload_lever;
 mod pitch_search;
 mod play;

@@ -9,7 +9,7 @@ use slideway::diagnose::noise::Source;
 use slideway::diagnose::untested::Untested;
 use slideway::diagnose::verdict::{
     Band, Calibration, Cause, Data, Diagnosis, EffectProbability, FollowingError, Gap, Parameter, Ranked,
-    Reference, Share, SignalGap, Updated, Verdict, Where,
+    Reference, Share, SignalGap, Stretch, TrainingGap, Updated, Verdict, Where,
 };
 use slideway::machine::Machine;
 use slideway::recording::Samples;
@@ -132,6 +132,7 @@ fn gap() -> Gap {
         closed_beside_calibration: 0.98,
         noise_is_measured: true,
         predicted_closed: 0.98,
+        training: TrainingGap { gap: 1.02, ..TrainingGap::default() },
         signals: vec![
             signal("control_effort_v", [0.2, 0.01], 1e-3),
             signal("current_a", [0.18, 0.012], 4e-3),
@@ -462,6 +463,27 @@ fn exact_several_causes_are_told_together() {
             "[effect.viscous_friction] viscous_n_s_per_m = 420.0",
         ],
     );
+}
+
+/// Something happens in the training runs alone: where, and what would explain it, in place of a gap of the held-out runs that there is not.
+#[test]
+fn exact_a_gap_of_the_training_runs_alone_is_told_with_its_place() {
+    let mut d = diagnosis();
+    d.verdict = Verdict::Unknown;
+    d.causes.clear();
+    d.gap.training = TrainingGap {
+        gap: 12.3,
+        is_only_here: true,
+        worst: Some(Stretch { run: "stroke_3".to_owned(), from_s: 123.25, to_s: 123.5, gap: 71.0 }),
+        explained_by: names(&["local_friction"]),
+    };
+    let both = reports(&d, Motion::Prismatic);
+    let told = "A gap of 12.3 × noise remains in the training runs, most of it in `stroke_3` from 123.25 to 123.5 s (71.0 × noise). The held-out \
+                runs do not show it (1.08 × noise). It would be explained by friction of one place of the travel, which no held-out run can judge.";
+    holds(&both, &[told, "hold out a run that has it"]);
+    lacks(&both, &["that no effect of the catalogue explains"]);
+    d.gap.training.explained_by.clear();
+    lacks(&reports(&d, Motion::Prismatic), &["would be explained"]);
 }
 
 /// What the fit leaves is then no gap without an explanation; a pitch is told, not a cosine.

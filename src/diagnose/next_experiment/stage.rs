@@ -261,6 +261,7 @@ mod tests {
             hypothesis,
             values: vec![],
             size: 0.0,
+            mean_square: 0.0,
             standard_errors: vec![],
             covariance: DMatrix::zeros(0, 0),
             shown: effects,
