@@ -357,12 +357,11 @@ impl<'a> Ready<'a> {
         let is_measured = floor.is_measured();
         let evidence = found.evidence(found.chosen, &self.before, is_measured);
         let is_only_here = evidence.explains_held_out(limits) && !evidence.explains_training(limits);
-        let explained_by = match is_only_here {
-            true => {
-                found.simplest_sufficient(&self.before, is_measured).map(|e| e.name().to_owned()).collect()
-            }
+        let sets = match is_only_here {
+            true => found.simplest_sufficient(&self.before, is_measured),
             false => Vec::new(),
         };
+        let explained_by = sets.iter().map(|set| set.iter().map(|e| e.name().to_owned()).collect()).collect();
         let gap = TrainingGap::of(improved, &self.training, floor)?;
         Ok(TrainingGap { is_only_here, explained_by, ..gap })
     }

@@ -1,5 +1,6 @@
 //! What an explanation comes to.
 
+use super::candidate::Candidate;
 use super::decide::Evidence;
 use super::evidence::{Score, closed};
 use super::found::Found;
@@ -48,21 +49,17 @@ impl Found {
             && (is_small || !self.loses_ground(index, before))
     }
 
-    /// The explanation with the fewest effects that leaves little of held-out and training runs, of equals the one that leaves least of the training runs;
-    /// its effects.
-    pub(super) fn simplest_sufficient(
-        &self,
-        before: &Score,
-        noise_is_measured: bool,
-    ) -> impl Iterator<Item = EffectId> {
+    /// The explanations with the fewest effects that leave little of held-out and training runs, the one that leaves least of the training runs first; their
+    /// effects.
+    pub(super) fn simplest_sufficient(&self, before: &Score, noise_is_measured: bool) -> Vec<&EffectSet> {
+        let candidates = self.candidates.iter().enumerate();
         let is_it =
-            |&k: &usize| self.candidates[k].thorough && self.is_sufficient(k, before, noise_is_measured);
-        let order = |&a: &usize, &b: &usize| {
-            let [a, b] = [a, b].map(|k| &self.candidates[k]);
-            a.effects().len().cmp(&b.effects().len()).then(a.training_gap.total_cmp(&b.training_gap))
-        };
-        let simplest = (0..self.candidates.len()).filter(is_it).min_by(order);
-        simplest.into_iter().flat_map(|k| self.candidates[k].effects().iter().copied())
+            |k: usize| self.candidates[k].thorough && self.is_sufficient(k, before, noise_is_measured);
+        let mut all: Vec<&Candidate> = candidates.filter(|(k, _)| is_it(*k)).map(|(_, c)| c).collect();
+        let fewest = all.iter().map(|candidate| candidate.effects().len()).min().unwrap_or(0);
+        all.retain(|candidate| candidate.effects().len() == fewest);
+        all.sort_by(|a, b| a.training_gap.total_cmp(&b.training_gap));
+        all.into_iter().map(Candidate::effects).collect()
     }
 
     /// Posterior probability that an effect acts.

@@ -21,10 +21,10 @@ pub struct TrainingGap {
     pub is_only_here: bool,
     /// The stretch of them that leaves most.
     pub worst: Option<Stretch>,
-    /// Where it is so, the fewest effects of an explanation that leaves little of these runs as well. The held-out runs cannot judge them: none of them is
-    /// a cause.
+    /// Where it is so, the explanations with the fewest effects that leave little of these runs as well, the one that leaves least first. The held-out runs cannot
+    /// judge them: none of their effects is a cause.
     #[serde(default)]
-    pub explained_by: Vec<String>,
+    pub explained_by: Vec<Vec<String>>,
 }
 
 /// A stretch of a run.

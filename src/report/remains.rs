@@ -54,7 +54,7 @@ pub(super) fn only_in_training(diagnosis: &Diagnosis) -> Option<String> {
         if !training.explained_by.is_empty() {
             text += &format!(
                 " It would be explained by {}, which no held-out run can judge.",
-                together(&training.explained_by)
+                training.explained_by.iter().map(|set| together(set)).collect::<Vec<_>>().join(" or ")
             );
         }
         text

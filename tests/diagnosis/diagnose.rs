@@ -347,7 +347,10 @@ fn exact_quiet_held_out_runs_do_not_explain_the_training_runs() {
     let d = run_diagnosis(&machine(GRINDER), &Recording::new(runs).unwrap());
     assert_eq!((d.verdict, named(&d)), (Verdict::Unknown, vec![]));
     assert!(d.gap.training.is_only_here && d.gap.before < 1.25, "{:?}", d.gap);
-    assert_eq!(d.gap.training.explained_by, ["coulomb_friction"]);
+    // Guides that carry the same load everywhere rub alike: both laws are told.
+    let mut told = d.gap.training.explained_by.concat();
+    told.sort();
+    assert_eq!(told, ["coulomb_friction", "load_dependent_friction"]);
 }
 
 /// Positions beyond the joint's limits are a wrong unit, and a handful of samples is no run.

@@ -31,7 +31,7 @@ fn diagnosed(held_out_m: f64, catalogue: &[EffectId]) -> Diagnosis {
 /// effect by which it would be explained, where it is in the catalogue.
 #[test]
 fn ref_a_spot_that_only_a_training_run_reaches_withholds_the_verdict() {
-    for (catalogue, by) in [(&CATALOGUE[..], vec!["local_friction"]), (&CATALOGUE[1..], vec![])] {
+    for (catalogue, by) in [(&CATALOGUE[..], vec![vec!["local_friction"]]), (&CATALOGUE[1..], vec![])] {
         let d = diagnosed(0.018, catalogue);
         let training = &d.gap.training;
         assert_eq!((d.verdict, names(&d)), (Verdict::Unknown, vec![]));
