@@ -4,12 +4,13 @@ use super::run_setting::RunSettings;
 use super::{measured, phase, play};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
-use crate::plant::axis::Axis;
+use crate::plant::axis::{Axis, LANES};
 use crate::recording::{HeldOutRuns, Run, Signal, TrainingRuns};
 use crate::replay::recorded::shakes;
 use crate::replay::windows::{Input, Windowed};
 use crate::replay::{Recorded, Traces};
 use crate::twin::Sensing;
+use rayon::prelude::*;
 
 /// Signals that a replay predicts and that are compared where they were logged, in signal-path order.
 pub const COMPARED: [Signal; 6] = [
@@ -245,8 +246,12 @@ impl Experiment {
         phase::suited(&self.run, &self.signals, set, replay)
     }
 
-    /// Replays of machines as they were set in this run.
+    /// Replays of machines as they were set in this run, passes side by side. Which machines share a pass does not depend on the number of threads.
     fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
+        machines.par_chunks(LANES).flat_map_iter(|pass| self.replay_pass(pass)).collect()
+    }
+
+    fn replay_pass(&self, machines: &[Machine]) -> Vec<Traces> {
         match &self.mode {
             Mode::ClosedLoop => {
                 let mut all = self.recorded.replay_together(machines);

@@ -152,10 +152,20 @@ impl Found {
 
     /// Whether the chosen explanation leaves so much open that closing it would be worth naming.
     pub(super) fn has_material_left(&self, before: &Score) -> bool {
-        let left = self.candidates[self.chosen].left();
-        self.chosen == 0
-            || !self.is_adequate(self.chosen)
+        self.leaves_material(self.chosen, before)
+    }
+
+    fn leaves_material(&self, index: usize, before: &Score) -> bool {
+        let left = self.candidates[index].left();
+        index == 0
+            || !self.is_adequate(index)
             || left - 1.0 > self.limits.open_share * self.uncalibrated(before)
+    }
+
+    /// Whether a set holds all effects of an explanation that leaves nothing worth naming: what it has more is a detail.
+    pub(super) fn holds_all_there_is(&self, set: &EffectSet, before: &Score) -> bool {
+        let is_held = |k: usize| self.candidates[k].effects().is_subset(set);
+        (1..self.candidates.len()).any(|k| is_held(k) && self.is_sound(k) && !self.leaves_material(k, before))
     }
 
     /// Whether a candidate leaves more open than the chosen one, by as much as is worth naming.
@@ -309,6 +319,18 @@ pub(super) mod tests {
         };
         assert!(worth(11.0, 5.9) && !worth(11.0, 6.1));
         assert!(worth(101.0, 90.9) && !worth(101.0, 91.1));
+    }
+
+    /// Beside a gap of 100, friction that leaves 1.2 × noise, and shows, leaves nothing to name to what holds it; friction that leaves 1.3 does.
+    #[test]
+    fn exact_what_holds_all_there_is_is_a_detail() {
+        let before = Score::even(1e4);
+        let holds = |left: f64, set: &[EffectId]| {
+            let all = vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], 1.0, left)];
+            found(all, 0).holds_all_there_is(&set.iter().copied().collect(), &before)
+        };
+        let pair = [COULOMB, EffectId::StribeckFriction];
+        assert!(holds(1.44, &pair) && !holds(1.69, &pair) && !holds(1.44, &[BACKLASH]));
     }
 
     /// A number at the end of its range is no finding, but its effect may lead on where it explains most of what is open.

@@ -308,8 +308,7 @@ impl Search<'_> {
     /// Adds the best effect as long as that is beyond chance and material.
     fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
-            let sets = self.larger(found.effects());
-            let indices = self.explore(found, &sets, found.chosen)?;
+            let indices = self.explore_larger(found, before)?;
             let fit_to = |next: &dyn Fn(usize) -> bool| -> Vec<usize> {
                 indices.iter().copied().filter(|&index| next(index)).collect()
             };
@@ -321,6 +320,19 @@ impl Search<'_> {
             }
         }
         Ok(())
+    }
+
+    /// Looks at the chosen set with one effect more, and then at those in which a feature comes with what it modifies. Such a pair is a detail of an explanation
+    /// that it holds and that leaves nothing to name: it is not fitted then.
+    fn explore_larger(&self, found: &mut Found, before: &Score) -> Result<Vec<usize>> {
+        let (from, size) = (found.chosen, found.effects().len());
+        let (single, pairs): (Vec<EffectSet>, Vec<EffectSet>) =
+            self.larger(found.effects()).into_iter().partition(|set| set.len() == size + 1);
+        let mut indices = self.explore(found, &single, from)?;
+        let is_open = |set: &EffectSet| !found.holds_all_there_is(set, before);
+        let open: Vec<EffectSet> = pairs.into_iter().filter(is_open).collect();
+        indices.extend(self.explore(found, &open, from)?);
+        Ok(indices)
     }
 
     /// The set with one effect more; a feature that would have nothing to modify comes with what it modifies.
