@@ -14,7 +14,6 @@ pub mod cause;
 pub mod check;
 pub mod compare;
 mod conclude;
-mod conditional;
 mod continuation;
 pub mod cut;
 mod dead_reference;
