@@ -106,10 +106,10 @@ impl Evidence {
     /// Whether no more is left of the held-out runs than noise leaves, than a small gap, or than the share that may stay open; without effects, noise is all
     /// that is left or all that there was.
     pub fn explains_held_out(&self, limits: &Limits) -> bool {
-        let was_quiet = !self.names_effects && self.gap_before <= ADEQUATE_GAP;
         let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY;
         let is_little = is_small || self.closed >= 1.0 - self.may_stay(limits);
-        self.gap_after <= ADEQUATE_GAP || was_quiet || is_little
+        let was_quiet = self.gap_before <= ADEQUATE_GAP;
+        self.gap_after <= ADEQUATE_GAP || if self.names_effects { is_little } else { was_quiet }
     }
 
     /// Whether no more is left of the training runs than a small gap, or than the share that may stay open.

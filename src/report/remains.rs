@@ -37,9 +37,10 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
 
 /// That the training runs alone are not explained, and where in them most is left; none where it is not so.
 pub(super) fn only_in_training(diagnosis: &Diagnosis) -> Option<String> {
-    let Gap { before, after, training, .. } = &diagnosis.gap;
-    // Numbers that were fitted to what the held-out runs do not have may predict these worse than the twin as it is.
-    let held_out = if diagnosis.causes.is_empty() { before.min(*after) } else { *after };
+    let Gap { before, after, after_predictive, training, .. } = &diagnosis.gap;
+    // Numbers that were fitted to what the held-out runs do not have may predict these badly.
+    let decisive = if *after_predictive > 0.0 { after_predictive.min(*after) } else { *after };
+    let held_out = if diagnosis.causes.is_empty() { decisive.min(*before) } else { decisive };
     let place = |worst: &Stretch| {
         let [from, to] = [worst.from_s, worst.to_s].map(seconds);
         format!(", most of it in `{}` from {from} to {to} s ({})", worst.run, times_noise(worst.gap))
