@@ -357,7 +357,7 @@ impl<'a> Ready<'a> {
         let evidence = found.evidence(found.chosen, &self.before, is_measured);
         let is_only_here = evidence.explains_held_out(limits) && !evidence.explains_training(limits);
         let sets = match is_only_here {
-            true => found.simplest_sufficient(&self.before, is_measured),
+            true => found.missing_in_training(&self.before, is_measured),
             false => Vec::new(),
         };
         let explained_by = sets.iter().map(|set| set.iter().map(|e| e.name().to_owned()).collect()).collect();

@@ -31,10 +31,11 @@ impl Found {
         }
     }
 
-    /// Whether all effects of a candidate show, and little is left.
+    /// Whether all effects of a candidate show, and little is left of the held-out runs. What is left of the training runs chooses no explanation: it withholds
+    /// the verdict.
     pub(super) fn is_sufficient(&self, index: usize, before: &Score, noise_is_measured: bool) -> bool {
         let evidence = self.evidence(index, before, noise_is_measured);
-        self.is_resolved(index) && evidence.leaves_little(&self.limits)
+        self.is_resolved(index) && evidence.explains_held_out(&self.limits)
     }
 
     /// Whether besides what the chosen explanation closes more is not worth naming, or what is left is a small gap.
@@ -49,17 +50,22 @@ impl Found {
             && (is_small || !self.loses_ground(index, before))
     }
 
-    /// The explanations with the fewest effects that leave little of held-out and training runs, the one that leaves least of the training runs first; their
-    /// effects.
-    pub(super) fn simplest_sufficient(&self, before: &Score, noise_is_measured: bool) -> Vec<&EffectSet> {
-        let candidates = self.candidates.iter().enumerate();
-        let is_it =
-            |k: usize| self.candidates[k].thorough && self.is_sufficient(k, before, noise_is_measured);
-        let mut all: Vec<&Candidate> = candidates.filter(|(k, _)| is_it(*k)).map(|(_, c)| c).collect();
+    /// What the chosen explanation lacks of those that leave little of held-out and training runs: the fewest further effects, those first that leave least of
+    /// the training runs.
+    pub(super) fn missing_in_training(&self, before: &Score, noise_is_measured: bool) -> Vec<EffectSet> {
+        let is_it = |&k: &usize| {
+            let evidence = self.evidence(k, before, noise_is_measured);
+            let is_fuller = self.candidates[k].effects().is_superset(self.effects());
+            is_fuller && self.is_sound(k) && evidence.leaves_little(&self.limits)
+        };
+        let sufficient = (0..self.candidates.len()).filter(is_it);
+        let mut all: Vec<&Candidate> = sufficient.map(|k| &self.candidates[k]).collect();
         let fewest = all.iter().map(|candidate| candidate.effects().len()).min().unwrap_or(0);
         all.retain(|candidate| candidate.effects().len() == fewest);
         all.sort_by(|a, b| a.training_gap.total_cmp(&b.training_gap));
-        all.into_iter().map(Candidate::effects).collect()
+        let further =
+            |candidate: &Candidate| candidate.effects().difference(self.effects()).copied().collect();
+        all.into_iter().map(further).filter(|set: &EffectSet| !set.is_empty()).collect()
     }
 
     /// Posterior probability that an effect acts.

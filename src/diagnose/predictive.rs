@@ -52,8 +52,8 @@ const A_NAT: f64 = 1.0;
 /// # Validity
 /// Hypotheses that were fitted to the end and share the common noise floor; the others are compared by the score of their fit. To first order in Δ
 /// for its cost: the training runs are quadratic about θ̂. The last place stays whose replay, at the full step, gained more than it cost by the weights of that
-/// step; the fit's own, where the first did not. Where a number leaves its range it stays at the end of it, and the cost is that of the step beyond, which is
-/// too small where it is correlated with others.
+/// step; the fit's own, where the first did not. A number that would leave its range stays at the end of it; its cost is that of the step
+/// beyond, too small where that number is correlated with others.
 ///
 /// # Source
 /// Gelman, Carlin, Stern, Dunson, Vehtari, Rubin (2013), *Bayesian Data Analysis*, 3rd ed., ch. 7 and 14.

@@ -144,16 +144,21 @@ impl Search<'_> {
         if !found.bases.contains_key(&index) {
             let fit = &found.candidates[index].fit;
             let sensitivities = fit.sensitivities(self.machine, self.training, &self.floors.common)?;
-            // Where numbers may start does not depend on the floor.
-            let earlier =
-                self.earlier.and_then(|found| found.bases.get(&found.index(&fit.hypothesis.effects)?));
-            let proposals = match earlier {
+            let proposals = match self.earlier_base(found, index) {
                 Some(base) => base.proposals.clone(),
                 None => self.proposals(found, index, &sensitivities)?,
             };
             found.bases.insert(index, Base { sensitivities, proposals });
         }
         Ok(())
+    }
+
+    /// What the earlier search made ready of a candidate, where it looked for no less: another floor moves starts by little.
+    fn earlier_base(&self, found: &Found, index: usize) -> Option<&Base> {
+        let earlier = self.earlier?;
+        let k = earlier.index(found.candidates[index].effects())?;
+        let is_whole = index == 0 || !earlier.is_adequate(k) || found.is_adequate(index);
+        earlier.bases.get(&k).filter(|_| is_whole)
     }
 
     /// Where the numbers of other effects may start beside a candidate.
@@ -255,7 +260,8 @@ impl Search<'_> {
         }
     }
 
-    /// Fits to the end those of the candidates that may matter: the best of those that predict better than what they build on and may come near the chosen one.
+    /// Fits to the end those of the candidates that may matter: the best of those that have fewer effects or predict better than what they build on, and may come
+    /// near the chosen one.
     fn finish(&self, found: &mut Found, indices: &[usize], from: usize) -> Result<()> {
         let own = found.likelihood(from);
         // The likelihood by a floor of its own is no sum of squares alone.

@@ -21,8 +21,8 @@ pub struct TrainingGap {
     pub is_only_here: bool,
     /// The stretch of them that leaves most.
     pub worst: Option<Stretch>,
-    /// Where it is so, the explanations with the fewest effects that leave little of these runs as well, the one that leaves least first. The held-out runs cannot
-    /// judge them: none of their effects is a cause.
+    /// Where it is so, what would explain these runs as well: sets of the fewest effects beside the causes, as far as the search has met any, the one that leaves
+    /// least first. The held-out runs cannot judge them.
     #[serde(default)]
     pub explained_by: Vec<Vec<String>>,
 }

@@ -15,7 +15,7 @@ use super::noise::Source;
 use super::prove::RigidBody;
 use super::residual_whiteness::ResidualWhiteness;
 use super::shape::Shape;
-use super::thresholds::LARGELY;
+use super::thresholds::{ADEQUATE_GAP, LARGELY};
 pub use super::training_gap::{Stretch, TrainingGap};
 use super::untested::Untested;
 use super::visibility::NotExamined;
@@ -231,11 +231,13 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// Whether an explanation fits it, or closes its gap for the most part, identified or not: what is left then is noise of the comparison.
+    /// Whether an explanation fits it, or closes its gap for the most part, identified or not: what is left then is noise of the comparison. So is what
+    /// noise leaves of its held-out runs, whatever happened in its training runs.
     /// None does where its data are faulty, or in the rigid-body scene it fails.
     pub fn is_explained(&self) -> bool {
         let may_be = matches!(self.withheld, None | Some(Veto::Unidentified));
-        self.verdict != Verdict::Unknown || may_be && self.open_share() <= 1.0 - LARGELY
+        let leaves_little = self.gap_after <= ADEQUATE_GAP || self.open_share() <= 1.0 - LARGELY;
+        self.verdict != Verdict::Unknown || may_be && leaves_little
     }
 
     /// Share of its gap's power above noise that the baseline leaves open.

@@ -141,6 +141,10 @@ pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
         Verdict::Unknown if diagnosis.is_found_in_part() && compares => {
             "Repair or set back what changed, and look at the machine where the rest is largest."
         }
+        Verdict::Unknown if diagnosis.is_found_in_part() && diagnosis.gap.training.is_only_here => {
+            "Give the twin what it lacks, in machine.toml, and look at the machine and its log in that stretch: hold out a run that has it, or, if it was \
+             one event, leave that run out:"
+        }
         Verdict::Unknown if diagnosis.is_found_in_part() => {
             "Give the twin what it lacks, in machine.toml, and look at the machine where the rest is largest:"
         }

@@ -43,7 +43,7 @@ pub(super) fn only_in_training(diagnosis: &Diagnosis) -> Option<String> {
     let held_out = if diagnosis.causes.is_empty() { decisive.min(*before) } else { decisive };
     let place = |worst: &Stretch| {
         let [from, to] = [worst.from_s, worst.to_s].map(seconds);
-        format!(", most of it in `{}` from {from} to {to} s ({})", worst.run, times_noise(worst.gap))
+        format!(", largest in `{}` from {from} to {to} s ({})", worst.run, times_noise(worst.gap))
     };
     training.is_only_here.then(|| {
         let mut text = format!(

@@ -478,7 +478,7 @@ fn exact_a_gap_of_the_training_runs_alone_is_told_with_its_place() {
         explained_by: vec![names(&["local_friction"]), names(&["cogging"])],
     };
     let both = reports(&d, Motion::Prismatic);
-    let told = "A gap of 12.3 × noise remains in the training runs, most of it in `stroke_3` from 123.25 to 123.5 s (71.0 × noise). The held-out \
+    let told = "A gap of 12.3 × noise remains in the training runs, largest in `stroke_3` from 123.25 to 123.5 s (71.0 × noise). The held-out \
                 runs do not show it (1.07 × noise). It would be explained by friction of one place of the travel or cogging of the motor, which no held-out run can judge.";
     holds(&both, &[told, "hold out a run that has it"]);
     lacks(&both, &["that no effect of the catalogue explains"]);
