@@ -1,5 +1,6 @@
 //! Two recordings of one machine, before and after: what changed between them.
 
+use super::decide::above_noise;
 use super::verdict::{Cause, Diagnosis, Parameter, Reference, Verdict};
 use super::{Before, Options, diagnose, diagnose_after};
 use crate::error::Result;
@@ -120,8 +121,7 @@ impl Reference {
                 cause.phases.clear();
             });
         }
-        let opened = |gap: f64| (gap * gap - 1.0).max(0.0);
-        let share = opened(pass.gap.before) / opened(self.gap_before).max(f64::MIN_POSITIVE);
+        let share = above_noise(pass.gap.before) / above_noise(self.gap_before).max(f64::MIN_POSITIVE);
         for cause in &pass.causes {
             let closes = cause.closes * share.min(1.0);
             match self.causes.iter_mut().find(|known| known.effect == cause.effect) {

@@ -58,6 +58,11 @@ impl Default for Limits {
     }
 }
 
+/// Power of a gap above that of noise, in units of noise: G² − 1, nothing below.
+pub fn above_noise(gap: f64) -> f64 {
+    (gap * gap - 1.0).max(0.0)
+}
+
 /// What the evidence comes to for the most probable explanation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
@@ -117,7 +122,6 @@ impl Evidence {
     /// The numbers are fitted to these runs: what is left of them is no uncertainty of numbers. An event that the held-out runs do not have (a blow,
     /// a place that they do not reach) shows here only.
     pub fn explains_training(&self, limits: &Limits) -> bool {
-        let above_noise = |gap: f64| (gap * gap - 1.0).max(0.0);
         self.training_after <= limits.small_gap
             || above_noise(self.training_after) <= self.may_stay(limits) * above_noise(self.training_before)
     }

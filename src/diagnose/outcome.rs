@@ -65,7 +65,7 @@ impl Found {
         all.sort_by(|a, b| a.training_gap.total_cmp(&b.training_gap));
         let further =
             |candidate: &Candidate| candidate.effects().difference(self.effects()).copied().collect();
-        all.into_iter().map(further).filter(|set: &EffectSet| !set.is_empty()).collect()
+        all.into_iter().map(further).collect()
     }
 
     /// Posterior probability that an effect acts.

@@ -19,7 +19,7 @@ pub struct TrainingGap {
     /// Whether that is more than may stay open, and the held-out runs leave no more than that: something happens in these runs only. The verdict is
     /// `unknown` then.
     pub is_only_here: bool,
-    /// The stretch of them that leaves most.
+    /// The stretch, a fortieth of them, whose G is largest.
     pub worst: Option<Stretch>,
     /// Where it is so, what would explain these runs as well: sets of the fewest effects beside the causes, as far as the search has met any, the one that leaves
     /// least first. The held-out runs cannot judge them.

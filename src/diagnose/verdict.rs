@@ -8,6 +8,7 @@ pub use super::parameter::Parameter;
 pub use super::phase::RunPhase;
 pub use super::place::{Band, Share, Where};
 
+use super::decide::above_noise;
 use super::identifiability::Identifiability;
 use super::json;
 use super::next_experiment::NextExperiment;
@@ -242,7 +243,6 @@ impl Reference {
 
     /// Share of its gap's power above noise that the baseline leaves open.
     pub fn open_share(&self) -> f64 {
-        let above_noise = |gap: f64| (gap * gap - 1.0).max(0.0);
         above_noise(self.gap_after) / above_noise(self.gap_before).max(f64::MIN_POSITIVE)
     }
 }

@@ -37,7 +37,6 @@ fn ref_a_spot_that_only_a_training_run_reaches_withholds_the_verdict() {
         assert_eq!((d.verdict, names(&d)), (Verdict::Unknown, vec![]));
         assert!(d.gap.before < 1.25 && training.gap > 3.0 && training.is_only_here, "{training:?}");
         assert_eq!(training.explained_by, by);
-        // At 8 m/min the spot is passed after some 0.25 to 0.4 s, there and back.
         let worst = training.worst.as_ref().unwrap();
         assert!(worst.run == "stroke55_feed8" && worst.gap > training.gap, "{worst:?}");
     }
