@@ -22,6 +22,8 @@ pub struct Sensitivities {
     pub(super) free: Vec<Free>,
     pub(super) columns: DMatrix<f64>,
     pub(super) stride: usize,
+    /// Longest step of the plant in these replays.
+    pub(super) longest_step_s: f64,
 }
 
 impl Sensitivities {

@@ -15,7 +15,7 @@ const PASSES: usize = 3;
 ///
 /// # Model
 /// The machine's twin is given everything that a diagnosis of the reference finds, causes and calibration, until nothing
-/// more is named; that twin is the baseline. The recording is then diagnosed against it: its causes are what
+/// more is named or no more than a small gap ([`Limits::small_gap`](super::Limits)) is left; that twin is the baseline. The recording is then diagnosed against it: its causes are what
 /// *changed*, and the `twin` value of each parameter is the value before. An effect that the baseline has already is
 /// free inside `tolerance.effect` as calibration and may be named as a cause beyond it, like any other constant.
 ///
@@ -80,7 +80,9 @@ impl Baseline {
             data: last.data.clone(),
         };
         for _ in 1..PASSES {
-            if last.causes.is_empty() || last.refinements.is_empty() {
+            // A small gap need not be named: it counts as noise of the comparison.
+            let is_small = last.gap.after <= options.limits.small_gap;
+            if last.causes.is_empty() || last.refinements.is_empty() || is_small {
                 break;
             }
             last = diagnose(&baseline, reference, options)?;

@@ -4,7 +4,7 @@ use super::run_setting::RunSettings;
 use super::{measured, phase, play};
 use crate::error::{Error, ErrorKind, Result};
 use crate::machine::Machine;
-use crate::plant::axis::{Axis, LANES};
+use crate::plant::axis::{Axis, LANES, LONGEST_STEP_S};
 use crate::recording::{HeldOutRuns, Run, Signal, TrainingRuns};
 use crate::replay::recorded::shakes;
 use crate::replay::windows::{Input, Windowed};
@@ -236,29 +236,29 @@ impl Experiment {
     /// # Errors
     /// A setting of the run that the machine does not have.
     pub fn machine(&self, machine: &Machine) -> Result<Machine> {
-        Ok(self.machines(std::slice::from_ref(machine))?.remove(0))
+        Ok(self.machines(std::slice::from_ref(machine), LONGEST_STEP_S)?.remove(0))
     }
 
-    fn machines(&self, machines: &[Machine]) -> Result<Vec<Machine>> {
+    fn machines(&self, machines: &[Machine], longest_step_s: f64) -> Result<Vec<Machine>> {
         let set: Vec<Machine> = machines.iter().map(|m| self.settings.machine(m)).collect::<Result<_>>()?;
-        let replay = |machines: &[Machine]| self.replay_together(machines);
+        let replay = |machines: &[Machine]| self.replay_together(machines, longest_step_s);
         let set = play::suited(&self.run, &self.signals, set, replay)?;
         phase::suited(&self.run, &self.signals, set, replay)
     }
 
     /// Replays of machines as they were set in this run, passes side by side. Which machines share a pass does not depend on the number of threads.
-    fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
-        machines.par_chunks(LANES).flat_map_iter(|pass| self.replay_pass(pass)).collect()
+    fn replay_together(&self, machines: &[Machine], longest_step_s: f64) -> Vec<Traces> {
+        machines.par_chunks(LANES).flat_map_iter(|pass| self.replay_pass(pass, longest_step_s)).collect()
     }
 
-    fn replay_pass(&self, machines: &[Machine]) -> Vec<Traces> {
+    fn replay_pass(&self, machines: &[Machine], longest_step_s: f64) -> Vec<Traces> {
         match &self.mode {
             Mode::ClosedLoop => {
-                let mut all = self.recorded.replay_together(machines);
+                let mut all = self.recorded.replay_together(machines, longest_step_s);
                 all.iter_mut().for_each(|traces| self.share_zero(traces));
                 all
             }
-            Mode::Windows(windowed) => windowed.replay_together(machines),
+            Mode::Windows(windowed) => windowed.replay_together(machines, longest_step_s),
         }
     }
 
@@ -279,12 +279,12 @@ impl Experiment {
         })
     }
 
-    /// The same for several machines in one pass, sensors perfect.
+    /// The same for several machines in one pass, sensors perfect, in steps of the plant of at most `longest_step_s`.
     ///
     /// # Errors
     /// A setting of the run that one of the machines does not have.
-    pub fn predict_together(&self, machines: &[Machine]) -> Result<Vec<Traces>> {
-        Ok(self.replay_together(&self.machines(machines)?))
+    pub fn predict_together(&self, machines: &[Machine], longest_step_s: f64) -> Result<Vec<Traces>> {
+        Ok(self.replay_together(&self.machines(machines, longest_step_s)?, longest_step_s))
     }
 
     /// Replays near a machine with a vibration or a play in one pass, sensors perfect: each machine with the phase, or the beginning in the play,
@@ -292,8 +292,13 @@ impl Experiment {
     ///
     /// # Errors
     /// A setting of the run that one of the machines does not have.
-    pub fn predict_near(&self, near: &Machine, machines: &[(&Machine, f64)]) -> Result<Vec<Traces>> {
-        let near = self.machine(near)?;
+    pub fn predict_near(
+        &self,
+        near: &Machine,
+        machines: &[(&Machine, f64)],
+        longest_step_s: f64,
+    ) -> Result<Vec<Traces>> {
+        let near = self.machines(std::slice::from_ref(near), longest_step_s)?.remove(0);
         // Of a machine that has both the phase is advanced.
         let by_phase = shakes(&near);
         let set = |(machine, advance): &(&Machine, f64)| {
@@ -303,7 +308,7 @@ impl Experiment {
             phase::advanced(&self.run, &near, begun, phase)
         };
         let machines: Result<Vec<Machine>> = machines.iter().map(set).collect();
-        Ok(self.replay_together(&machines?))
+        Ok(self.replay_together(&machines?, longest_step_s))
     }
 
     /// Of two position sensors in a closed loop, the one that does not close the position loop. Its mean over a run means

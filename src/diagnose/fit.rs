@@ -71,9 +71,14 @@ impl Fit {
         let mut objective = Objective::new(machine, &self.hypothesis, experiments, floor);
         let rows: usize = experiments.iter().map(|e| objective.rows(e) * e.signals().len()).sum();
         objective.stride = rows.div_ceil(ROUGH_ROWS).max(1);
-        let residuals = objective.residuals(&self.values)?;
+        let mut residuals = objective.residuals(&self.values)?;
+        if let Some(coarse) = objective.lengthened(&self.values, &residuals)? {
+            residuals = coarse.residuals(&self.values)?;
+            objective = coarse;
+        }
         let columns = objective.jacobian(&self.values, &residuals, None)?;
-        Ok(Sensitivities { free: self.hypothesis.free.clone(), columns, stride: objective.stride })
+        let Objective { stride, longest_step_s, .. } = objective;
+        Ok(Sensitivities { free: self.hypothesis.free.clone(), columns, stride, longest_step_s })
     }
 
     /// Whether it leaves more of the training runs than one of a hypothesis with more effects, without the effects that that one has more,

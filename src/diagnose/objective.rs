@@ -10,6 +10,7 @@ use super::play::has_play;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
+use crate::plant::axis::LONGEST_STEP_S;
 use crate::recording::Signal;
 use crate::replay::Traces;
 use crate::replay::recorded::shakes;
@@ -26,6 +27,10 @@ const DIFFERENCE: f64 = 1e-6;
 /// structurally wrong (a reversal, a jump of the command) must not set its constants. White noise stays untouched.
 const GUARD: f64 = 3.0;
 
+/// What longer steps of the plant may change of residuals, as a share of their norm, where a fit only has to show which explanations come near. A choice of
+/// cost: fits end, and explanations are judged, in the fine steps.
+const COARSE: f64 = 0.03;
+
 /// Variance of what a hypothesis does not describe, S², in units of each signal's noise variance.
 pub(super) type Undescribed = BTreeMap<Signal, f64>;
 
@@ -38,6 +43,8 @@ pub struct Objective<'a> {
     pub(super) floor: &'a Floor,
     /// Every so many samples one counts.
     pub(super) stride: usize,
+    /// Longest step of the plant.
+    pub(super) longest_step_s: f64,
 }
 
 impl<'a> Objective<'a> {
@@ -48,13 +55,14 @@ impl<'a> Objective<'a> {
         experiments: &'a [Experiment],
         floor: &'a Floor,
     ) -> Self {
-        Self { machine, hypothesis, experiments, floor, stride: 1 }
+        Self { machine, hypothesis, experiments, floor, stride: 1, longest_step_s: LONGEST_STEP_S }
     }
 
-    /// The same objective on samples thinned for a fit of this care.
+    /// The same objective on samples thinned, and in steps lengthened, for a fit of this care.
     pub(super) fn for_care(mut self, care: Care) -> Self {
         if let Care::Rough(known) = care {
             self.stride = known.stride;
+            self.longest_step_s = known.longest_step_s;
         }
         self
     }
@@ -80,6 +88,23 @@ impl<'a> Objective<'a> {
         self.replayed(sets.iter().map(|values| self.fitted(values)).collect())
     }
 
+    /// The same objective in the longest steps of the plant, up to a control period, that change these residuals of these values by no more than
+    /// [`COARSE`] of their norm; none where no longer ones do.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub(super) fn lengthened(&self, values: &[f64], fine: &DVector<f64>) -> Result<Option<Self>> {
+        let period_s = self.machine.constants().sample_period_s;
+        let shares = [1.0, 0.5, 0.25].map(|share| share * period_s);
+        for longest_step_s in shares.into_iter().filter(|step_s| *step_s > LONGEST_STEP_S) {
+            let coarse = Self { longest_step_s, ..*self };
+            if (coarse.residuals(values)? - fine).norm() <= COARSE * fine.norm() {
+                return Ok(Some(coarse));
+            }
+        }
+        Ok(None)
+    }
+
     /// The machine with these values; none where its description refuses one.
     fn fitted(&self, values: &[f64]) -> Option<Machine> {
         self.hypothesis.machine(self.machine, values).ok()
@@ -101,7 +126,9 @@ impl<'a> Objective<'a> {
     /// # Errors
     /// A setting of a run that a machine does not have.
     pub(super) fn residuals_at(&self, machines: &[Machine]) -> Result<Vec<DVector<f64>>> {
-        self.residuals_by(machines.len(), |experiment| experiment.predict_together(machines))
+        self.residuals_by(machines.len(), |experiment| {
+            experiment.predict_together(machines, self.longest_step_s)
+        })
     }
 
     /// Normalised residuals of so many replays of each run.
@@ -194,7 +221,7 @@ impl<'a> Objective<'a> {
     fn residuals_near(&self, near: &Machine, machines: &[Machine]) -> Result<Vec<DVector<f64>>> {
         let advanced = machines.iter().map(|machine| (machine, 0.0)).chain([(near, DIFFERENCE)]);
         let all: Vec<(&Machine, f64)> = advanced.collect();
-        self.residuals_by(all.len(), |experiment| experiment.predict_near(near, &all))
+        self.residuals_by(all.len(), |experiment| experiment.predict_near(near, &all, self.longest_step_s))
     }
 
     /// Rows of each run.

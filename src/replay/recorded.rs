@@ -173,14 +173,15 @@ impl Recorded {
         self.logged(traces, sensing)
     }
 
-    /// The same for several machines with perfect sensors, on the reduced axis and in one pass.
-    pub fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
+    /// The same for several machines with perfect sensors, on the reduced axis in steps of at most `longest_step_s` and in one pass.
+    pub fn replay_together(&self, machines: &[Machine], longest_step_s: f64) -> Vec<Traces> {
         let begun = self.begun();
-        let twin = |machine: &Machine| begun.twin(machine, Axis::of(&machine.constants()), Sensing::Perfect);
+        let axis = |machine: &Machine| Axis::within(&machine.constants(), longest_step_s);
+        let twin = |machine: &Machine| begun.twin(machine, axis(machine), Sensing::Perfect);
         let (lead, commands) = (self.lead_commands(), self.sampled());
         if !lead.iter().chain(&self.commands).all(|command| command.is_enabled) {
             // A batch has no open bridge.
-            let one = |m: &Machine| self.replay(m, Axis::of(&m.constants()), Sensing::Perfect);
+            let one = |m: &Machine| self.replay(m, axis(m), Sensing::Perfect);
             return machines.iter().map(one).collect();
         }
         let room = || Traces::with_capacity(commands.len());

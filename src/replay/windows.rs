@@ -144,16 +144,20 @@ impl Windowed {
         enabled.iter().map(|enabled| *enabled < ENABLED).collect()
     }
 
-    /// The same for several machines with perfect sensors, on the reduced axis and in one pass.
-    pub fn replay_together(&self, machines: &[Machine]) -> Vec<Traces> {
+    /// The same for several machines with perfect sensors, on the reduced axis in steps of at most `longest_step_s` and in one pass.
+    pub fn replay_together(&self, machines: &[Machine], longest_step_s: f64) -> Vec<Traces> {
+        let axis = |machine: &Machine| Axis::within(&machine.constants(), longest_step_s);
         if self.input == Input::Effort && self.disabled().contains(&true) {
             // A batch has no open bridge.
-            let one = |m: &Machine| self.replay(m, Axis::of(&m.constants()), Sensing::Perfect);
+            let one = |m: &Machine| self.replay(m, axis(m), Sensing::Perfect);
             return machines.iter().map(one).collect();
         }
         let drives: Vec<Drive> = machines.iter().map(|m| Drive::of(self, m, Sensing::Perfect)).collect();
-        let plain = self.walk_together(machines, &drives, 0.0);
-        let nudged = self.walk_together(machines, &drives, self.nudge);
+        let walks = |faster: f64| {
+            let twin = |m| self.twin(m, axis(m), Sensing::Perfect, faster);
+            self.walk_together(machines.iter().map(twin).collect(), &drives, faster)
+        };
+        let (plain, nudged) = (walks(0.0), walks(self.nudge));
         let walks = plain.iter().zip(&nudged).zip(machines.iter().zip(&drives));
         walks
             .map(|((plain, nudged), (machine, drive))| {
@@ -223,17 +227,16 @@ impl Windowed {
         walk
     }
 
-    /// Walks of several machines, each window begun faster by so much.
-    fn walk_together(&self, machines: &[Machine], drives: &[Drive], faster: f64) -> Vec<Walk> {
-        let twin = |m| self.twin(m, Axis::of(&m.constants()), Sensing::Perfect, faster);
-        let mut walks: Vec<Walk> = machines.iter().map(|_| Walk::with_capacity(self.run.len())).collect();
+    /// Walks of several twins, each window begun faster by so much.
+    fn walk_together(&self, twins: Vec<Twin<Axis>>, drives: &[Drive], faster: f64) -> Vec<Walk> {
+        let mut walks: Vec<Walk> = twins.iter().map(|_| Walk::with_capacity(self.run.len())).collect();
         let later = &self.restarts[1.min(self.restarts.len())..];
         let restart = |k: usize| {
             let found = later.binary_search_by_key(&k, |restart| restart.sample).ok()?;
             Some([later[found].position, later[found].velocity + faster])
         };
         run_together(
-            machines.iter().map(twin).collect(),
+            twins,
             if self.input == Input::Effort { Driven::ByEffort } else { Driven::ByForce },
             self.run.len(),
             |twin, k| drives[twin].command(k, self.input),

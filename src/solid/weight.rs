@@ -46,10 +46,15 @@ fn near_zero(angle: f64) -> (f64, f64) {
     if angle.abs() > SMALL_RAD {
         return angle.sin_cos();
     }
+    // Products: a division takes as long as four of them, one after the other.
     let square = angle * angle;
-    let sine =
-        angle * (1.0 - square / 6.0 * (1.0 - square / 20.0 * (1.0 - square / 42.0 * (1.0 - square / 72.0))));
-    let cosine = 1.0 - square / 2.0 * (1.0 - square / 12.0 * (1.0 - square / 30.0 * (1.0 - square / 56.0)));
+    let sine = angle
+        * (1.0
+            + square
+                * (-1.0 / 6.0
+                    + square * (1.0 / 120.0 + square * (-1.0 / 5040.0 + square * (1.0 / 362_880.0)))));
+    let cosine =
+        1.0 + square * (-0.5 + square * (1.0 / 24.0 + square * (-1.0 / 720.0 + square * (1.0 / 40_320.0))));
     (sine, cosine)
 }
 

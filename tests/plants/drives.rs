@@ -9,7 +9,7 @@ use slideway::error::ErrorKind;
 use slideway::identify::excitation::Outcome;
 use slideway::identify::stepped_sine::{Gain, sines};
 use slideway::machine::Machine;
-use slideway::plant::axis::Axis;
+use slideway::plant::axis::{Axis, LONGEST_STEP_S};
 use slideway::plant::rapier::Rig;
 use slideway::recording::{Existing, Format, Recording, Role, Run, Signal};
 use slideway::replay::{
@@ -421,7 +421,7 @@ fn exact_a_polled_log_is_replayed_on_the_servos_own_clock() {
         .map(|gain| with(&servo, &[("controller.position_gain_v_per_rad", gain)]))
         .to_vec();
     let recorded = Recorded::of(log, &servo).unwrap().on_controller_clock(log, 1e-3);
-    for (machine, together) in others.iter().zip(recorded.replay_together(&others)) {
+    for (machine, together) in others.iter().zip(recorded.replay_together(&others, LONGEST_STEP_S)) {
         let alone = recorded.replay(machine, Axis::of(&machine.constants()), Sensing::Perfect);
         assert_eq!(alone.position, together.position);
         assert_eq!(alone.len(), log.len());

@@ -6,7 +6,7 @@ use slideway::effect::EffectId;
 use slideway::error::ErrorKind;
 use slideway::identify::loop_response::{Part, measured};
 use slideway::machine::Machine;
-use slideway::plant::axis::Axis;
+use slideway::plant::axis::{Axis, LONGEST_STEP_S};
 use slideway::recording::{Recording, Role, Run, Signal};
 use slideway::replay::feedforward::Direction;
 use slideway::replay::recording::recorded;
@@ -232,7 +232,7 @@ fn exact_a_stated_feed_forward_reaches_every_replay() {
             machine.with_settings([("guide.viscous_n_s_per_m", (70.0 + 5.0 * f64::from(k)).into())]).unwrap()
         })
         .collect();
-    for (together, one) in recorded.replay_together(&machines).iter().zip(&machines) {
+    for (together, one) in recorded.replay_together(&machines, LONGEST_STEP_S).iter().zip(&machines) {
         let alone = recorded.replay(one, Axis::of(&one.constants()), Sensing::Perfect);
         assert_eq!(*together, alone);
     }

@@ -8,6 +8,7 @@ use crate::diagnose::play;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
+use crate::plant::axis::LONGEST_STEP_S;
 use crate::recording::{Run, Signal};
 use crate::replay::recording::recorded;
 use crate::replay::{PlantChoice, Traces, simulate};
@@ -118,7 +119,7 @@ impl Stage {
         let machines: Vec<Option<Machine>> =
             sets.iter().map(|values| fit.hypothesis.machine(base, values).ok()).collect();
         let sound: Vec<Machine> = machines.iter().flatten().cloned().collect();
-        let mut predicted = self.experiment.predict_together(&sound)?.into_iter();
+        let mut predicted = self.experiment.predict_together(&sound, LONGEST_STEP_S)?.into_iter();
         let image = |machine: Option<Machine>| machine.and_then(|_| Some(self.image(&predicted.next()?)));
         Ok(machines.into_iter().map(image).collect())
     }
@@ -193,7 +194,8 @@ impl Draft {
     /// # Errors
     /// What a replay refuses.
     pub(super) fn may_tell(&self, base: &Machine, other: &Fit, measure: &Measure) -> Result<bool> {
-        let predicted = self.experiment.predict_together(&[self.truth.clone(), other.machine(base)?])?;
+        let predicted =
+            self.experiment.predict_together(&[self.truth.clone(), other.machine(base)?], LONGEST_STEP_S)?;
         let [own, other] = &predicted[..] else { return Ok(true) };
         let squares = |&signal: &Signal| {
             let [Some(own), Some(other)] = [own, other].map(|traces| traces.signal(signal)) else {

@@ -115,10 +115,19 @@ impl Axis {
         Self::new(constants, Self::step_of(constants))
     }
 
+    /// The axis with the longest step that divides the sample period and is at most `longest_s`.
+    pub fn within(constants: &Constants, longest_s: f64) -> Self {
+        Self::new(constants, Self::step_within(constants, longest_s))
+    }
+
     /// The longest step that divides the sample period and is at most [`LONGEST_STEP_S`].
     pub fn step_of(constants: &Constants) -> f64 {
+        Self::step_within(constants, LONGEST_STEP_S)
+    }
+
+    fn step_within(constants: &Constants, longest_s: f64) -> f64 {
         let period = constants.sample_period_s;
-        period / (period / LONGEST_STEP_S - 1e-9).ceil().max(1.0)
+        period / (period / longest_s - 1e-9).ceil().max(1.0)
     }
 
     /// The axis with these constants, advancing by `step_s` each time.
