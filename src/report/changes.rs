@@ -73,11 +73,11 @@ fn table(causes: &[Cause]) -> Table {
     table
 }
 
-/// "× 0.16", "new", "gone" or "none".
+/// "× 0.16", "new", "gone", or "not resolved" where the interval holds the value before.
 pub(super) fn verdict(parameter: &Parameter) -> String {
     let Parameter { value, twin, ci95: [from, to], .. } = *parameter;
     if !is_resolved(parameter) {
-        "none".to_owned()
+        "not resolved".to_owned()
     } else if twin == 0.0 || !twin.is_finite() {
         "new".to_owned()
     } else if (from..=to).contains(&0.0) {

@@ -281,7 +281,7 @@ fn exact_comparison_tells_before_and_after() {
     holds(
         &reports,
         &[
-            "position_gain.factor 1.00 1.01 ± 0.02 none",
+            "position_gain.factor 1.00 1.01 ± 0.02 not resolved",
             "velocity_feedforward.share 0.979 0.004 ± 0.010 gone",
         ],
     );
