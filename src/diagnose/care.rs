@@ -22,7 +22,7 @@ pub struct Sensitivities {
     pub(super) free: Vec<Free>,
     pub(super) columns: DMatrix<f64>,
     pub(super) stride: usize,
-    /// Longest step of the plant in these replays.
+    /// Longest step of the plant in these replays, in s.
     pub(super) longest_step_s: f64,
 }
 

@@ -15,8 +15,8 @@ const PASSES: usize = 3;
 ///
 /// # Model
 /// The machine's twin is given everything that a diagnosis of the reference finds, causes and calibration, until nothing
-/// more is named or no more than a small gap ([`Limits::small_gap`](super::Limits)) is left; that twin is the baseline. The recording is then diagnosed against it: its causes are what
-/// *changed*, and the `twin` value of each parameter is the value before. An effect that the baseline has already is
+/// more is named or no more than a small gap ([`Limits::small_gap`](super::Limits)) is left; that twin is the baseline.
+/// The recording is then diagnosed against it: its causes are what *changed*, and the `twin` value of each parameter is the value before. An effect that the baseline has already is
 /// free inside `tolerance.effect` as calibration and may be named as a cause beyond it, like any other constant.
 ///
 /// What the baseline leaves of the reference's own held-out runs is no change either: it is taken into the noise of

@@ -73,8 +73,7 @@ impl Fit {
         objective.stride = rows.div_ceil(ROUGH_ROWS).max(1);
         let mut residuals = objective.residuals(&self.values)?;
         if let Some(coarse) = objective.lengthened(&self.values, &residuals)? {
-            residuals = coarse.residuals(&self.values)?;
-            objective = coarse;
+            (objective, residuals) = coarse;
         }
         let columns = objective.jacobian(&self.values, &residuals, None)?;
         let Objective { stride, longest_step_s, .. } = objective;

@@ -153,11 +153,11 @@ impl Windowed {
             return machines.iter().map(one).collect();
         }
         let drives: Vec<Drive> = machines.iter().map(|m| Drive::of(self, m, Sensing::Perfect)).collect();
-        let walks = |faster: f64| {
+        let begun = |faster: f64| {
             let twin = |m| self.twin(m, axis(m), Sensing::Perfect, faster);
             self.walk_together(machines.iter().map(twin).collect(), &drives, faster)
         };
-        let (plain, nudged) = (walks(0.0), walks(self.nudge));
+        let (plain, nudged) = (begun(0.0), begun(self.nudge));
         let walks = plain.iter().zip(&nudged).zip(machines.iter().zip(&drives));
         walks
             .map(|((plain, nudged), (machine, drive))| {

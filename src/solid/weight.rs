@@ -46,7 +46,7 @@ fn near_zero(angle: f64) -> (f64, f64) {
     if angle.abs() > SMALL_RAD {
         return angle.sin_cos();
     }
-    // Products: a division takes as long as four of them, one after the other.
+    // Products in the place of divisions, each of which would wait for the one before.
     let square = angle * angle;
     let sine = angle
         * (1.0

@@ -23,26 +23,6 @@ fn error(run: &Run, machine: &Machine) -> f64 {
     measured.iter().zip(alone).map(|(x, y)| (x - y).abs()).fold(0.0, f64::max)
 }
 
-/// Between two samples a twin without friction is linear, and exact at any step length: replays in steps of a control period of 1 ms are those in steps of
-/// 250 µs. With friction, which is solved to second order inside a step, they differ a little.
-#[test]
-fn exact_a_linear_twin_is_the_same_in_steps_of_a_control_period() {
-    let machine = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
-    let slow = machine.with_settings([("sample_period_s", 1e-3.into())]).unwrap();
-    let rubbing = slow.with_settings([("effect.coulomb_friction.force_n", 15.0.into())]).unwrap();
-    let largest = |real: &Machine| {
-        let run =
-            Strokes::both_ways(real, real, 1).recording(&[(0.02, 8.0, Role::Training)]).runs()[0].clone();
-        let recorded = Recorded::of(&run, real).unwrap();
-        let [fine, coarse] = [LONGEST_STEP_S, 1e-3]
-            .map(|step_s| recorded.replay_together(std::slice::from_ref(real), step_s).remove(0).position);
-        fine.iter().zip(&coarse).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
-    };
-    let [linear, friction] = [&slow, &rubbing].map(largest);
-    println!("{linear:.1e} m; {friction:.1e} m with friction");
-    assert!(linear < 1e-12 && friction > linear && friction < 1e-6);
-}
-
 /// Where a stroke follows before the base has come to rest no signal tells how it swings at the cut. The motion before does: the machine's own
 /// twin replays each piece ten times closer than from what the samples at the cut tell.
 #[test]

@@ -112,22 +112,13 @@ impl Matrices {
 impl Axis {
     /// The axis with the longest step that divides the sample period and is at most [`LONGEST_STEP_S`].
     pub fn of(constants: &Constants) -> Self {
-        Self::new(constants, Self::step_of(constants))
+        Self::within(constants, LONGEST_STEP_S)
     }
 
-    /// The axis with the longest step that divides the sample period and is at most `longest_s`.
+    /// The axis with the longest step that divides the sample period and is at most `longest_s`, in s.
     pub fn within(constants: &Constants, longest_s: f64) -> Self {
-        Self::new(constants, Self::step_within(constants, longest_s))
-    }
-
-    /// The longest step that divides the sample period and is at most [`LONGEST_STEP_S`].
-    pub fn step_of(constants: &Constants) -> f64 {
-        Self::step_within(constants, LONGEST_STEP_S)
-    }
-
-    fn step_within(constants: &Constants, longest_s: f64) -> f64 {
         let period = constants.sample_period_s;
-        period / (period / longest_s - 1e-9).ceil().max(1.0)
+        Self::new(constants, period / (period / longest_s - 1e-9).ceil().max(1.0))
     }
 
     /// The axis with these constants, advancing by `step_s` each time.
