@@ -3,11 +3,12 @@
 use super::candidate::Candidate;
 use super::care::Care;
 use super::descent::descend;
-use super::fit::{Fit, inverted};
+use super::fit::Fit;
 use super::found::{Base, Found};
 use super::free::{Free, Freedom};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified};
 use super::objective::Objective;
+use super::sandwich::inverted;
 use super::selection::Search;
 use crate::effect::EffectId;
 use crate::error::Result;

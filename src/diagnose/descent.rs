@@ -4,6 +4,7 @@ use super::bounded;
 use super::care::{Care, ROUGH_ITERATIONS};
 use super::free::Free;
 use super::objective::{Objective, Undescribed};
+use super::sandwich::{inflation, scatter};
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector};
 
@@ -64,14 +65,17 @@ pub(super) fn descend(
         let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
         let model = Model { free, values: &values, normal, gradient };
-        let fall = model.step(SMALLEST_DAMPING).map(|step| model.fall(&step));
-        let little = care.arrived(cost);
-        if fall.is_some_and(|fall| fall <= little) {
+        let here = Here { residuals: &residuals, jacobian: &jacobian, weights: &weights, iteration };
+        let whole = model.step(SMALLEST_DAMPING);
+        let little = match care {
+            Care::Thorough => care.arrived(cost) * here.inflation(objective, &model, whole.as_ref()),
+            Care::Rough(_) => care.arrived(cost),
+        };
+        if whole.is_some_and(|step| model.fall(&step) <= little) {
             last = Some(jacobian);
             break;
         }
         let begun = damping;
-        let here = Here { residuals: &residuals, jacobian: &jacobian, weights: &weights, iteration };
         let tried = |values: &[f64]| {
             let there = objective.residuals(values)?;
             let fall = cost - objective.cost(&there, &weights, values);
@@ -115,6 +119,15 @@ const MOST_CORRECTION: f64 = 0.375;
 const CORRECTIONS: usize = 4;
 
 impl Here<'_> {
+    /// By what factor a fall of the sum of squares along a step counts for less than one of white residuals.
+    fn inflation(&self, objective: &Objective, model: &Model, step: Option<&DVector<f64>>) -> f64 {
+        let Some(step) = step else { return 1.0 };
+        let (prior, _) = objective.hypothesis.prior(model.values);
+        let pulls = self.weights.component_mul(self.residuals);
+        let scatter = scatter(objective, self.jacobian, &pulls) + DMatrix::from_diagonal(&prior);
+        inflation(&model.normal, &scatter, step)
+    }
+
     /// The first step that falls, ever more damped; none where not even a short one does. `tried` gives the residuals at some values, and by how
     /// much the cost falls on the way there.
     fn next(

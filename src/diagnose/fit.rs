@@ -9,13 +9,12 @@ use super::hypothesis::{EffectSet, Hypothesis};
 use super::noise::Floor;
 use super::objective::Objective;
 use super::parameter::NORMAL_975;
+use super::sandwich::{inverted, scatter};
 use super::wald::shows;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::singular::decomposed;
 use nalgebra::{DMatrix, DVector};
-use std::ops::Range;
 
 /// A fitted hypothesis.
 #[derive(Debug, Clone)]
@@ -256,9 +255,6 @@ pub(super) fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
     hypothesis.free.iter().zip(values).map(|(free, v)| v.clamp(free.range.0, free.range.1)).collect()
 }
 
-/// Blocks of consecutive samples for the sandwich, over all runs together at least.
-const BLOCKS: usize = 40;
-
 fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
     let Arrived { values, residuals, jacobian } = arrived;
     let jacobian = match jacobian {
@@ -273,15 +269,7 @@ fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
     let weights = objective.weights(&residuals);
     let (weight, _) = objective.hypothesis.prior(&values);
     let (normal, _) = objective.normal(&jacobian, &residuals, &weights, &values);
-    let pulls = weights.component_mul(&residuals);
-    let mut scatter = DMatrix::zeros(count, count);
-    for block in blocks(objective) {
-        let product = |k: usize, Range { start, end }: &Range<usize>| {
-            jacobian.column(k).rows_range(*start..*end).dot(&pulls.rows_range(*start..*end))
-        };
-        let score = DVector::from_fn(count, |k, _| block.iter().map(|range| product(k, range)).sum::<f64>());
-        scatter += &score * score.transpose();
-    }
+    let scatter = scatter(objective, &jacobian, &weights.component_mul(&residuals));
     let inverse = inverted(&normal);
     let covariance = &inverse * (scatter + DMatrix::from_diagonal(&weight)) * &inverse;
     let free = &objective.hypothesis.free;
@@ -321,49 +309,6 @@ fn without_idle(
     Ok(if is_same { rest } else { values })
 }
 
-/// The inverse of a normal matrix; of numbers that do nothing, and of combinations that do nothing to rounding, zero.
-///
-/// It is taken of the correlation matrix: numbers are in units of their own, and one that the data tell a million times better than another
-/// does not make the other one nothing.
-pub(super) fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
-    // Those that do nothing stay out: rounding would mix them into what the data hardly tell.
-    let told: Vec<usize> = (0..normal.nrows()).filter(|&k| normal[(k, k)] > 0.0).collect();
-    let size = |k: usize| normal[(k, k)].sqrt();
-    let scaled = |a: usize, b: usize| normal[(a, b)] / (size(a) * size(b));
-    let correlation = DMatrix::from_fn(told.len(), told.len(), |a, b| scaled(told[a], told[b]));
-    let mut inverse = DMatrix::zeros(normal.nrows(), normal.nrows());
-    let Some(part) = decomposed(correlation).and_then(|parts| parts.pseudo_inverse(ROUNDING).ok()) else {
-        return inverse;
-    };
-    for (i, &a) in told.iter().enumerate() {
-        for (j, &b) in told.iter().enumerate() {
-            inverse[(a, b)] = part[(i, j)] / (size(a) * size(b));
-        }
-    }
-    inverse
-}
-
-/// Smallest singular value of a correlation matrix that is more than rounding.
-const ROUNDING: f64 = 1e-14;
-
-/// Rows of each block: the same stretch of time in every signal of a run.
-fn blocks(objective: &Objective) -> Vec<Vec<Range<usize>>> {
-    let total: usize = objective.experiments.iter().map(|e| objective.rows(e)).sum();
-    let length = total.div_ceil(BLOCKS).max(1);
-    let mut offset = 0;
-    let mut all = Vec::new();
-    for experiment in objective.experiments {
-        let samples = objective.rows(experiment);
-        let signals = experiment.signals().len();
-        for from in (0..samples).step_by(length) {
-            let to = (from + length).min(samples);
-            all.push((0..signals).map(|s| offset + s * samples + from..offset + s * samples + to).collect());
-        }
-        offset += samples * signals;
-    }
-    all
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -390,19 +335,5 @@ mod tests {
         };
         assert!(!apart(9.7, f64::NAN) && apart(9.9, f64::NAN) && apart(-9.9, f64::NAN));
         assert!(!apart(100.0, 0.0));
-    }
-
-    /// Of two numbers in very different units each has its own variance; one that does nothing has none.
-    #[test]
-    fn exact_the_inverse_does_not_depend_on_units() {
-        let normal = DMatrix::from_row_slice(3, 3, &[4e18, 1e9, 0.0, 1e9, 1.0, 0.0, 0.0, 0.0, 0.0]);
-        let inverse = inverted(&normal);
-        let determinant = 4e18 - 1e18;
-        for (place, expected) in
-            [((0, 0), 1.0 / determinant), ((1, 1), 4e18 / determinant), ((0, 1), -1e9 / determinant)]
-        {
-            assert!((inverse[place] / expected - 1.0).abs() < 1e-9, "{place:?}: {}", inverse[place]);
-        }
-        assert_eq!(inverse[(2, 2)], 0.0);
     }
 }

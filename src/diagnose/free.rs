@@ -12,6 +12,14 @@ pub enum Freedom {
     Calibration,
 }
 
+/// Ranges over more decades than this are looked at in proportion to the value.
+const WIDE: f64 = 1e3;
+
+/// Whether a range is over decades.
+pub(super) fn is_wide((low, high): (f64, f64)) -> bool {
+    low > 0.0 && high > WIDE * low
+}
+
 /// One number that a fit may choose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Free {
@@ -54,6 +62,14 @@ impl LogNormal {
 }
 
 impl Free {
+    /// By what a value is varied: its scale; of a period that may be decades shorter than the longest one no more than what makes one period more or less of
+    /// that.
+    pub fn reach(&self, value: f64) -> f64 {
+        let is_length = matches!(self.unit, "m" | "rad") && self.neutral.is_nan();
+        let one_more = value * value / self.range.1;
+        if is_length && is_wide(self.range) { self.scale.min(one_more) } else { self.scale }
+    }
+
     /// How many standard deviations of its prior a number is off its median: the tolerance of a calibrated constant, what machines have
     /// of a number of a cause; zero where nothing is known of that.
     pub fn deviation(&self, value: f64) -> f64 {
@@ -114,6 +130,24 @@ pub(super) mod tests {
             assert!((free.deviation(value) - expected).abs() < 1e-12);
         }
         assert_eq!(of(0.3), None);
+    }
+
+    /// A period of 20 µm within 80 mm is varied by what makes 4001 of them, or 3999; one of 10 mm by no more than its scale.
+    #[test]
+    fn exact_a_period_is_varied_by_one_of_the_longest() {
+        let period = Free {
+            unit: "m",
+            neutral: f64::NAN,
+            range: (1e-6, 0.08),
+            scale: 1e-4,
+            ..number(EffectId::EncoderPeriodicError, "period_m")
+        };
+        let turned = |period: f64, by: f64| 0.08 / period - 0.08 / (period + by);
+        assert!((turned(20e-6, period.reach(20e-6)) - 1.0).abs() < 1e-3);
+        assert!((period.reach(0.01) - period.scale).abs() < 1e-12);
+        // A width that is not stated may be nothing at all, and a force has a scale.
+        let others = [Free { range: (0.0, 0.08), ..period.clone() }, number(EffectId::Cogging, "sine_n")];
+        assert!(others.iter().all(|free| (free.reach(20e-6) - free.scale).abs() < 1e-12));
     }
 
     /// A force constant that is off by √3 is two standard deviations off, either way; the derivative is that of differences.

@@ -1,7 +1,7 @@
 //! A hypothesis: which effects the twin lacks, and the numbers that a fit may choose.
 
 use super::estimate::{Further, is_cumulative};
-use super::free::{Free, Freedom, LogNormal};
+use super::free::{Free, Freedom, LogNormal, is_wide};
 use super::proposals::{Proposals, Together};
 use crate::effect::{EffectId, Nominal, Parameter};
 use crate::error::Result;
@@ -284,11 +284,8 @@ fn proposed(
     Some((numbers, values))
 }
 
-/// Ranges over more decades than this are looked at in proportion to the value.
-const WIDE: f64 = 1e3;
-
-fn scale(start: f64, (low, high): (f64, f64)) -> f64 {
-    let coarse = if low > 0.0 && high > WIDE * low { 0.0 } else { 0.02 * (high - low) };
+fn scale(start: f64, range: (f64, f64)) -> f64 {
+    let coarse = if is_wide(range) { 0.0 } else { 0.02 * (range.1 - range.0) };
     start.abs().max(coarse).max(f64::MIN_POSITIVE)
 }
 

@@ -1,9 +1,10 @@
 //! A fit near its minimum, to first order: what its numbers take up of a change of the residuals.
 
 use super::experiment::Experiment;
-use super::fit::{Fit, inverted};
+use super::fit::Fit;
 use super::noise::Floor;
 use super::objective::Objective;
+use super::sandwich::inverted;
 use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::{DMatrix, DVector};

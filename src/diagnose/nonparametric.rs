@@ -1,8 +1,9 @@
 //! What depends on place, whatever its course: estimated beside a fit without a law for it.
 
-use super::fit::{Fit, inverted};
+use super::fit::Fit;
 use super::free::Free;
 use super::objective::Objective;
+use super::sandwich::inverted;
 use super::score_test::ScoreTest;
 use super::wave_basis::{WAVES, WaveBasis, solvable};
 use super::waves::{self, PROBE, Wave, WaveLaw};

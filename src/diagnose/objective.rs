@@ -183,7 +183,7 @@ impl<'a> Objective<'a> {
             if free.held {
                 continue;
             }
-            let reach = DIFFERENCE * free.scale;
+            let reach = DIFFERENCE * free.reach(values[k]);
             let step = if values[k] + reach <= free.range.1 { reach } else { -reach };
             if values[k] + step < free.range.0 {
                 continue; // no room to vary: the data leave this number where it is

@@ -1,7 +1,7 @@
 //! By how much numbers that a fit does not have would lower its sum of squares.
 
-use super::fit::inverted;
 use super::objective::Objective;
+use super::sandwich::inverted;
 use nalgebra::{DMatrix, DVector};
 
 /// Normal equations of further numbers beside those of a fit.

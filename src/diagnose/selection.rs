@@ -178,6 +178,7 @@ impl Search<'_> {
         // A cause may be below the level of the noise and leave residuals that are not white.
         if index == 0 || !found.is_adequate(index) {
             self.add_waves(&mut proposals, fit, sensitivities, &screen)?;
+            self.add_fine_periods(&mut proposals, &machine, &screen)?;
             self.add_vibrations(&mut proposals, fit, &screen)?;
             self.add_modes(&mut proposals, fit, sensitivities, &screen)?;
         }

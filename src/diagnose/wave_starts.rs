@@ -2,6 +2,7 @@
 
 use super::care::Sensitivities;
 use super::estimate::{Screen, reading, vibration};
+use super::fine_pitch::periods;
 use super::fit::Fit;
 use super::line_search::vibrations;
 use super::mode_search::modes;
@@ -12,6 +13,8 @@ use super::selection::Search;
 use super::waves::{self, WaveLaw};
 use crate::effect::EffectId;
 use crate::error::Result;
+use crate::machine::Machine;
+use crate::recording::Signal;
 
 /// Laws of a force over place that repeats.
 const COGGING: [EffectId; 3] = [EffectId::Cogging, EffectId::SecondCogging, EffectId::ThirdCogging];
@@ -21,6 +24,10 @@ const RIPPLE: [EffectId; 2] = [EffectId::ForceRipple, EffectId::SecondForceRippl
 const ENCODER: [EffectId; 1] = [EffectId::EncoderPeriodicError];
 /// The law of what a screw moves wrong.
 const SCREW: [EffectId; 1] = [EffectId::ScrewError];
+/// Starts of a fine period.
+const FINE_PERIODS: usize = 3;
+/// A period of so many standard deviations of the position's noise: the noise of the place then takes a quarter off its amplitude, `1 − exp(−½(2π/8)²)`.
+const CLEAR_OF_NOISE: f64 = 8.0;
 /// Starts of a mode.
 const MODES: usize = 3;
 /// The largest share of a ripple that a fit begins with: no fit begins where the motor pulls backwards.
@@ -73,6 +80,27 @@ impl Search<'_> {
             pitches.iter_mut().for_each(|start| start.resize(next.parameters().len(), 0.0));
             proposals.add(next, pitches, together);
         }
+        Ok(())
+    }
+
+    /// Adds starts of an encoder's error with a signal period that is short against the travel.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub(super) fn add_fine_periods(
+        &self,
+        proposals: &mut Proposals,
+        machine: &Machine,
+        screen: &Screen,
+    ) -> Result<()> {
+        let effect = EffectId::EncoderPeriodicError;
+        if machine.description().effect.contains(effect) || proposals.get(effect).is_none() {
+            return Ok(());
+        }
+        let noise = self.floors.common.sigma(Signal::Position);
+        let shortest = screen.period_range().0.max(CLEAR_OF_NOISE * noise);
+        let found = periods(machine, self.training.runs(), shortest, FINE_PERIODS)?;
+        proposals.add(effect, found.into_iter().map(Vec::from).collect(), Vec::new());
         Ok(())
     }
 

@@ -102,7 +102,7 @@ const DRIVE: [Case; 18] = [
     ),
 ];
 
-const MECHANICS: [Case; 21] = [
+const MECHANICS: [Case; 22] = [
     case("viscous_friction viscous_n_s_per_m=500", "viscous_n_s_per_m", 0.01),
     equal("coulomb_friction force_n=15", "force_n", &["load_dependent_friction"]),
     case(
@@ -142,6 +142,8 @@ const MECHANICS: [Case; 21] = [
     equal("screw_error period_m=0.01 sine_m=5e-6 cosine_m=2e-6", "sine_m", &["encoder_periodic_error"]),
     equal("encoder_scale factor=1.08", "factor", &["payload"]),
     equal("encoder_periodic_error period_m=0.004 sine_m=2e-6 cosine_m=1e-6", "sine_m", &["screw_error"]),
+    // The signal period of an optical scale: two samples of a stroke lie further apart.
+    case("encoder_periodic_error period_m=2e-5 sine_m=8e-8 cosine_m=-5e-8", "sine_m", 0.05),
     case("encoder_resolution resolution_m=5e-6", "resolution_m", 1e-6),
     case("velocity_filter time_constant_s=2e-3", "time_constant_s", 0.02),
 ];

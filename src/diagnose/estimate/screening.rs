@@ -161,7 +161,11 @@ impl Screen {
 
     /// Periods of a reading's error that a fit may come to: what is longer than the travel is a scale.
     pub fn period_range(&self) -> (f64, f64) {
-        (3e-4 * self.longest_pitch(), BEYOND_TRAVEL * self.longest_pitch())
+        let stated = self.constants.as_ref().map_or(0.0, |c| c.encoder_step);
+        let step = stated.max(self.reading_step.unwrap_or(0.0));
+        let coarse = 3e-4 * self.longest_pitch();
+        let shortest = if step > 0.0 { coarse.min(STEPS_A_PERIOD * step) } else { coarse };
+        (shortest, BEYOND_TRAVEL * self.longest_pitch())
     }
 
     /// The largest control effort of the runs: as logged, or what the largest motor effort takes at standstill.
@@ -294,6 +298,9 @@ impl Beside {
 
 /// A column of which the base leaves less than this share of its square is the base's.
 const LEAST_OWN: f64 = 1e-6;
+
+/// A period of a reading's error has so many steps of the reading at least: shorter ones are the steps' own.
+const STEPS_A_PERIOD: f64 = 8.0;
 
 /// A fit may look for a pitch so many times the longest from which it starts.
 pub const BEYOND_TRAVEL: f64 = 1.5;

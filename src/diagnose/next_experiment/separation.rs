@@ -31,7 +31,7 @@ impl Seen {
         let (mut sets, mut steps) = (vec![fit.values.clone()], Vec::new());
         for (k, free) in fit.hypothesis.free.iter().enumerate().filter(|(_, free)| !free.held) {
             let mut varied = fit.values.clone();
-            let reach = DIFFERENCE * free.scale;
+            let reach = DIFFERENCE * free.reach(fit.values[k]);
             let step = if varied[k] + reach <= free.range.1 { reach } else { -reach };
             if varied[k] + step < free.range.0 {
                 continue; // no room to vary
@@ -118,6 +118,8 @@ pub(super) fn on_all(fit: &Fit, stages: &[Stage], machine: &Machine) -> Result<V
 
 /// Refits at most.
 const MOST_REFITS: usize = 8;
+/// So many in a row that come no closer end it: the one overshoots, the other one was to come back.
+const MOST_FRUITLESS: usize = 2;
 /// A misfit of so many nats is none.
 const ARRIVED: f64 = 0.1;
 
@@ -136,6 +138,7 @@ pub(super) fn refitted(
 ) -> Result<(Fit, Vec<Seen>)> {
     let mut now = (fit.clone(), on_all(fit, stages, machine)?);
     let mut best = now.clone();
+    let mut fruitless = 0;
     for _ in 0..MOST_REFITS {
         let Some((_, moved)) = Refit::of(&now, truth).left() else { break };
         let mut next = now.0.clone();
@@ -153,7 +156,8 @@ pub(super) fn refitted(
         if gain > 0.0 {
             best = now.clone();
         }
-        if (0.0..ARRIVED).contains(&gain) {
+        fruitless = if gain > 0.0 { 0 } else { fruitless + 1 };
+        if (0.0..ARRIVED).contains(&gain) || fruitless == MOST_FRUITLESS {
             break;
         }
     }

@@ -1,0 +1,139 @@
+//! Normal matrix of a fit and the scatter of its gradient: what residuals that are autocorrelated and uneven make of the errors of its numbers.
+
+use super::objective::Objective;
+use crate::singular::decomposed;
+use nalgebra::{DMatrix, DVector};
+use std::ops::Range;
+
+/// Blocks of consecutive samples, over all runs together at least.
+const BLOCKS: usize = 40;
+/// Smallest singular value of a correlation matrix that is more than rounding.
+const ROUNDING: f64 = 1e-14;
+
+/// Sum over blocks b of consecutive samples of `g_b·g_bᵀ`, with g_b what the block adds to the gradient JᵀWr of half the sum of squares; `pulls` is W·r.
+///
+/// # Source
+/// H. White (1980), *A heteroskedasticity-consistent covariance matrix estimator*, Econometrica 48:817; sums over blocks as for clustered samples.
+pub(super) fn scatter(objective: &Objective, jacobian: &DMatrix<f64>, pulls: &DVector<f64>) -> DMatrix<f64> {
+    let count = jacobian.ncols();
+    let mut scatter = DMatrix::zeros(count, count);
+    for block in blocks(objective) {
+        let product = |k: usize, Range { start, end }: &Range<usize>| {
+            jacobian.column(k).rows_range(*start..*end).dot(&pulls.rows_range(*start..*end))
+        };
+        let gradient = DVector::from_fn(count, |k, _| block.iter().map(|range| product(k, range)).sum());
+        scatter.ger(1.0, &gradient, &gradient, 1.0);
+    }
+    scatter
+}
+
+/// Rows of each block: the same stretch of time in every signal of a run.
+fn blocks(objective: &Objective) -> Vec<Vec<Range<usize>>> {
+    let total: usize = objective.experiments.iter().map(|e| objective.rows(e)).sum();
+    let length = total.div_ceil(BLOCKS).max(1);
+    let mut offset = 0;
+    let mut all = Vec::new();
+    for experiment in objective.experiments {
+        let samples = objective.rows(experiment);
+        let signals = experiment.signals().len();
+        for from in (0..samples).step_by(length) {
+            let to = (from + length).min(samples);
+            all.push((0..signals).map(|s| offset + s * samples + from..offset + s * samples + to).collect());
+        }
+        offset += samples * signals;
+    }
+    all
+}
+
+/// By what factor a step counts for less where the gradient scatters as S than where the residuals are white, at least 1.
+///
+/// # Model
+/// White residuals of variance 1/W scatter the gradient by S = N, the normal matrix, and a Newton step v counts `vᵀNv`: in each direction its square in
+/// standard errors of the numbers. Of residuals that scatter the gradient by S the numbers' covariance is N⁻¹SN⁻¹. With B·Bᵀ = N⁻¹ and the eigenvalues
+/// λ and eigenvectors of BᵀSB, the step counts
+/// ```text
+///   Σ z_i²/max(1, λ_i),   z = Uᵀ·Bᵀ·N·v
+/// ```
+/// It is never counted for more than white residuals would have it: S of few blocks has small eigenvalues by chance.
+///
+/// # Validity
+/// To first order.
+///
+/// # Source
+/// The sandwich covariance N⁻¹SN⁻¹ of misspecified models: H. White (1982), Econometrica 50:1.
+pub(super) fn inflation(normal: &DMatrix<f64>, scatter: &DMatrix<f64>, step: &DVector<f64>) -> f64 {
+    let root = inverse_root(normal);
+    let whitened = root.tr_mul(&(normal * step));
+    let Some(parts) = decomposed(root.tr_mul(scatter) * &root) else { return 1.0 };
+    let Some(directions) = parts.u else { return 1.0 };
+    let along = directions.tr_mul(&whitened);
+    let counted: f64 = along.iter().zip(&parts.singular_values).map(|(z, s)| z * z / s.max(1.0)).sum();
+    if counted > 0.0 { (whitened.norm_squared() / counted).max(1.0) } else { 1.0 }
+}
+
+/// The inverse of a normal matrix; of numbers that do nothing, and of combinations that do nothing to rounding, zero.
+///
+/// It is taken of the correlation matrix: numbers are in units of their own, and one that the data tell a million times better than another
+/// does not make the other one nothing.
+pub(super) fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
+    let root = inverse_root(normal);
+    &root * root.transpose()
+}
+
+/// B with B·Bᵀ the inverse of a normal matrix, one column for each combination of numbers that does something.
+fn inverse_root(normal: &DMatrix<f64>) -> DMatrix<f64> {
+    // Those that do nothing stay out: rounding would mix them into what the data hardly tell.
+    let told: Vec<usize> = (0..normal.nrows()).filter(|&k| normal[(k, k)] > 0.0).collect();
+    let size = |k: usize| normal[(k, k)].sqrt();
+    let scaled = |a: usize, b: usize| normal[(a, b)] / (size(a) * size(b));
+    let correlation = DMatrix::from_fn(told.len(), told.len(), |a, b| scaled(told[a], told[b]));
+    let parts = decomposed(correlation);
+    let Some((values, directions)) = parts.and_then(|parts| Some((parts.singular_values, parts.u?))) else {
+        return DMatrix::zeros(normal.nrows(), 0);
+    };
+    let kept: Vec<usize> = (0..values.len()).filter(|&i| values[i] > ROUNDING).collect();
+    let mut root = DMatrix::zeros(normal.nrows(), kept.len());
+    for (column, &i) in kept.iter().enumerate() {
+        for (row, &k) in told.iter().enumerate() {
+            root[(k, column)] = directions[(row, i)] / (values[i].sqrt() * size(k));
+        }
+    }
+    root
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Of two numbers in very different units each has its own variance; one that does nothing has none.
+    #[test]
+    fn exact_the_inverse_does_not_depend_on_units() {
+        let normal = DMatrix::from_row_slice(3, 3, &[4e18, 1e9, 0.0, 1e9, 1.0, 0.0, 0.0, 0.0, 0.0]);
+        let inverse = inverted(&normal);
+        let determinant = 4e18 - 1e18;
+        for (place, expected) in
+            [((0, 0), 1.0 / determinant), ((1, 1), 4e18 / determinant), ((0, 1), -1e9 / determinant)]
+        {
+            assert!((inverse[place] / expected - 1.0).abs() < 1e-9, "{place:?}: {}", inverse[place]);
+        }
+        assert_eq!(inverse[(2, 2)], 0.0);
+    }
+
+    /// Residuals of which n consecutive ones are alike scatter the gradient by n·N and make a step count for 1/n; where they scatter one number
+    /// alone, steps of the other one count whole, and a mixed one `(1 + 4)/(1 + 4/9)` for less. White ones, or less than white, change nothing.
+    #[test]
+    fn exact_a_step_counts_in_standard_errors_of_correlated_residuals() {
+        let normal = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 9.0]);
+        let step = DVector::from_vec(vec![1.0, -2.0]);
+        for (n, expected) in [(25.0, 25.0), (1.0, 1.0), (0.1, 1.0)] {
+            assert!((inflation(&normal, &(&normal * n), &step) - expected).abs() < 1e-9);
+        }
+        let (plain, uneven) =
+            (DMatrix::identity(2, 2), DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 9.0])));
+        for (step, expected) in [([1.0, 0.0], 1.0), ([0.0, 1.0], 9.0), ([1.0, 2.0], 5.0 / (1.0 + 4.0 / 9.0))]
+        {
+            let step = DVector::from_vec(step.to_vec());
+            assert!((inflation(&plain, &uneven, &step) - expected).abs() < 1e-9, "{expected}");
+        }
+    }
+}
