@@ -7,9 +7,9 @@ const MOST_ITERATIONS: usize = 10_000;
 /// Relative size of what is left when it has converged.
 const CONVERGED: f64 = 5.0 * f64::EPSILON;
 
-/// The singular value decomposition U·Σ·Vᵀ of a matrix; none where an entry is not finite or it does not converge.
+/// The singular value decomposition U·Σ·Vᵀ of a matrix; none where there is no entry, or one is not finite, or it does not converge.
 pub fn decomposed(matrix: DMatrix<f64>) -> Option<SVD<f64, Dyn, Dyn>> {
-    let is_sound = matrix.iter().all(|x| x.is_finite());
+    let is_sound = !matrix.is_empty() && matrix.iter().all(|x| x.is_finite());
     is_sound.then(|| SVD::try_new(matrix, true, true, CONVERGED, MOST_ITERATIONS)).flatten()
 }
 
@@ -18,7 +18,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn exact_singular_values_of_a_known_matrix_and_none_of_what_is_not_finite() {
+    fn exact_singular_values_of_a_known_matrix_and_none_of_what_is_not_finite_or_empty() {
+        assert!(decomposed(DMatrix::zeros(0, 0)).is_none() && decomposed(DMatrix::zeros(3, 0)).is_none());
         let values = |entries: [f64; 4]| {
             decomposed(DMatrix::from_row_slice(2, 2, &entries)).map(|svd| svd.singular_values)
         };

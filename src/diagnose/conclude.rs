@@ -55,7 +55,7 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> (Vec<Cause>, Vec<
 
 /// Share of the gap that each chosen effect closes: the mean of what it closes alone and what its absence
 /// reopens, scaled so that the shares add up to what all close together. For the split each explanation has its numbers where training and held-out runs
-/// together have them: a pitch that the training runs leave uncertain is no fault of its effect. Of the two, what an effect does in another minimum counts only
+/// together have them: a pitch that the training runs leave uncertain is no fault of its effect. Of the two, that of an explanation with another period counts only
 /// where both are so: alone, a wave stands for what it is not. `total` is what all close as they are fitted.
 fn contributions(found: &Found, before: &Score, total: f64) -> BTreeMap<EffectId, f64> {
     let chosen = &found.candidates[found.chosen];
@@ -63,7 +63,7 @@ fn contributions(found: &Found, before: &Score, total: f64) -> BTreeMap<EffectId
     let all = of(chosen);
     let closes = |set: &EffectSet| {
         let candidate = &found.candidates[found.index(set)?];
-        Some((of(candidate), candidate.fit.is_elsewhere(&chosen.fit)))
+        Some((of(candidate), candidate.fit.has_other_period(&chosen.fit)))
     };
     let raw: BTreeMap<EffectId, f64> = chosen
         .effects()
@@ -305,7 +305,7 @@ mod tests {
             let mut candidate = candidate(effects, 1.0, left);
             let free = &mut candidate.fit.hypothesis.free;
             if let Some(k) = free.iter().position(|free| free.effect == wave) {
-                (free[k].neutral, candidate.fit.values[k]) = (f64::NAN, period);
+                (free[k].name, candidate.fit.values[k]) = ("period_m", period);
             }
             candidate
         };

@@ -115,6 +115,16 @@ impl Fit {
         self.hypothesis.free.iter().any(|free| is_searched(free) && is_apart(free))
     }
 
+    /// Whether it has a period or a frequency that differs from that of the other fit by more than a tenth.
+    pub fn has_other_period(&self, other: &Self) -> bool {
+        let value = |of: &Self, free: &Free| of.hypothesis.value(&free.path, &of.values);
+        let is_other = |free: &Free| {
+            let both = value(self, free).zip(value(other, free));
+            both.is_some_and(|(own, others)| (own - others).abs() > OTHER_PERIOD * others.abs())
+        };
+        self.hypothesis.free.iter().filter(|free| free.is_line()).any(is_other)
+    }
+
     /// Adds a covariance, in units of the numbers' scales, to that of its values.
     pub(super) fn widen(&mut self, added: &DMatrix<f64>) {
         self.covariance += added;
@@ -132,6 +142,9 @@ impl Fit {
         self.hypothesis.machine(machine, &self.values)
     }
 }
+
+/// Periods that differ by more than this share are two.
+const OTHER_PERIOD: f64 = 0.1;
 
 /// Starts that build on what is found, and are descended from at most.
 const DESCENTS: usize = 2;

@@ -76,6 +76,11 @@ impl Found {
         !self.candidates.is_empty() && self.is_adequate(0) && !self.overwhelms()
     }
 
+    /// Whether a cause is chosen though the calibrated twin leaves what noise leaves: by likelihood alone.
+    pub(super) fn is_by_likelihood(&self) -> bool {
+        self.chosen != 0 && self.is_adequate(0)
+    }
+
     fn overwhelms(&self) -> bool {
         self.chosen != 0
             && self.likelihood(self.chosen) - self.likelihood(0) > overwhelming()

@@ -65,9 +65,9 @@ impl Free {
     /// By what a value is varied: its scale; of a period that may be decades shorter than the longest one no more than what makes one period more or less of
     /// that.
     pub fn reach(&self, value: f64) -> f64 {
-        let is_length = matches!(self.unit, "m" | "rad") && self.neutral.is_nan();
         let one_more = value * value / self.range.1;
-        if is_length && is_wide(self.range) { self.scale.min(one_more) } else { self.scale }
+        let is_wide_period = self.name.starts_with("period_") && is_wide(self.range);
+        if is_wide_period { self.scale.min(one_more) } else { self.scale }
     }
 
     /// How many standard deviations of its prior a number is off its median: the tolerance of a calibrated constant, what machines have
@@ -135,18 +135,14 @@ pub(super) mod tests {
     /// A period of 20 µm within 80 mm is varied by what makes 4001 of them, or 3999; one of 10 mm by no more than its scale.
     #[test]
     fn exact_a_period_is_varied_by_one_of_the_longest() {
-        let period = Free {
-            unit: "m",
-            neutral: f64::NAN,
-            range: (1e-6, 0.08),
-            scale: 1e-4,
-            ..number(EffectId::EncoderPeriodicError, "period_m")
-        };
+        let period =
+            Free { range: (1e-6, 0.08), scale: 1e-4, ..number(EffectId::EncoderPeriodicError, "period_m") };
         let turned = |period: f64, by: f64| 0.08 / period - 0.08 / (period + by);
         assert!((turned(20e-6, period.reach(20e-6)) - 1.0).abs() < 1e-3);
         assert!((period.reach(0.01) - period.scale).abs() < 1e-12);
-        // A width that is not stated may be nothing at all, and a force has a scale.
-        let others = [Free { range: (0.0, 0.08), ..period.clone() }, number(EffectId::Cogging, "sine_n")];
+        // Inside its tolerance a stated one has that.
+        let calibrated = Free { range: (1.9e-5, 2.1e-5), ..period.clone() };
+        let others = [calibrated, number(EffectId::Cogging, "sine_n")];
         assert!(others.iter().all(|free| (free.reach(20e-6) - free.scale).abs() < 1e-12));
     }
 

@@ -119,6 +119,16 @@ mod tests {
         assert_eq!(inverse[(2, 2)], 0.0);
     }
 
+    /// A hypothesis without numbers, and one whose numbers do nothing, have nothing to invert and steps that count as they are.
+    #[test]
+    fn exact_nothing_is_inverted_to_nothing() {
+        for count in [0, 2] {
+            let (normal, step) = (DMatrix::zeros(count, count), DVector::zeros(count));
+            assert_eq!(inverted(&normal), normal);
+            assert!((inflation(&normal, &normal, &step) - 1.0).abs() < 1e-12);
+        }
+    }
+
     /// Residuals of which n consecutive ones are alike scatter the gradient by n·N and make a step count for 1/n; where they scatter one number
     /// alone, steps of the other one count whole, and a mixed one `(1 + 4)/(1 + 4/9)` for less. White ones, or less than white, change nothing.
     #[test]

@@ -28,6 +28,8 @@ const SCREW: [EffectId; 1] = [EffectId::ScrewError];
 const FINE_PERIODS: usize = 3;
 /// A period of so many standard deviations of the position's noise: the noise of the place then takes a quarter off its amplitude, `1 − exp(−½(2π/8)²)`.
 const CLEAR_OF_NOISE: f64 = 8.0;
+/// The least lead of a ball screw, in m (ISO 3408-2); a turning axis has no lead error that is shorter than this many rad either.
+const LEAST_LEAD: f64 = 1e-3;
 /// Starts of a mode.
 const MODES: usize = 3;
 /// The largest share of a ripple that a fit begins with: no fit begins where the motor pulls backwards.
@@ -83,7 +85,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Adds starts of an encoder's error with a signal period that is short against the travel.
+    /// Adds starts of a reading's error with a period that is short against the travel: the signal period of a scale, a lead.
     ///
     /// # Errors
     /// Whatever a replay refuses.
@@ -93,14 +95,26 @@ impl Search<'_> {
         machine: &Machine,
         screen: &Screen,
     ) -> Result<()> {
-        let effect = EffectId::EncoderPeriodicError;
-        if machine.description().effect.contains(effect) || proposals.get(effect).is_none() {
+        let is_open = |effect: &EffectId| {
+            !machine.description().effect.contains(*effect) && proposals.get(*effect).is_some()
+        };
+        let open: Vec<EffectId> = ENCODER.into_iter().chain(SCREW).filter(is_open).collect();
+        if open.is_empty() {
             return Ok(());
         }
         let noise = self.floors.common.sigma(Signal::Position);
-        let shortest = screen.period_range().0.max(CLEAR_OF_NOISE * noise);
-        let found = periods(machine, self.training.runs(), shortest, FINE_PERIODS)?;
-        proposals.add(effect, found.into_iter().map(Vec::from).collect(), Vec::new());
+        let (shortest, longest) = screen.period_range();
+        let shortest = shortest.max(CLEAR_OF_NOISE * noise).max(screen.shortest_read());
+        let found = periods(machine, self.training.runs(), shortest, screen.reading_step, FINE_PERIODS)?;
+        for effect in open {
+            // Behind one sensor a screw and an encoder are equals, where a screw may have such a lead.
+            let least = if SCREW.contains(&effect) { LEAST_LEAD } else { 0.0 };
+            let starts = found.iter().filter(|start| (least..=longest).contains(&start[0]));
+            let mut starts: Vec<Vec<f64>> = starts.map(|start| start.to_vec()).collect();
+            // What a law has besides a wave (the flank of a screw) starts from none.
+            starts.iter_mut().for_each(|start| start.resize(effect.parameters().len(), 0.0));
+            proposals.add(effect, starts, Vec::new());
+        }
         Ok(())
     }
 

@@ -22,7 +22,7 @@ impl Search<'_> {
     ///
     /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all. Where the chosen explanation leaves too
     /// much open for a cause, the next best ones count as rivals too: of two effects that act together, the one that explains most by itself may
-    /// be neither.
+    /// be neither. So they do where the calibrated twin leaves noise already: what is chosen stands by its likelihood then, and not by what it closes.
     pub(super) fn widen(
         &self,
         found: &mut Found,
@@ -33,7 +33,8 @@ impl Search<'_> {
         self.converge(found, before, share)?;
         let is_sufficient = found.is_sufficient(found.chosen, before, self.floors.common.is_measured());
         let is_probable = found.posterior[found.chosen] >= self.limits.probability;
-        if is_sufficient && is_probable {
+        let is_by_likelihood = found.is_by_likelihood();
+        if is_sufficient && is_probable && !is_by_likelihood {
             return Ok(false);
         }
         let may_turn = |k: &usize| {
@@ -46,7 +47,7 @@ impl Search<'_> {
         };
         let mut rivals: Vec<usize> =
             (0..found.candidates.len()).filter(|k| !is_probable && may_turn(k)).collect();
-        if !is_sufficient {
+        if !is_sufficient || is_by_likelihood {
             rivals.extend(self.runners_up(found, widened)?);
         }
         for rival in rivals {

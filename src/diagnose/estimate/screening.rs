@@ -161,11 +161,14 @@ impl Screen {
 
     /// Periods of a reading's error that a fit may come to: what is longer than the travel is a scale.
     pub fn period_range(&self) -> (f64, f64) {
+        let (coarse, read) = (3e-4 * self.longest_pitch(), self.shortest_read());
+        (if read > 0.0 { coarse.min(read) } else { coarse }, BEYOND_TRAVEL * self.longest_pitch())
+    }
+
+    /// The shortest period that readings tell; 0 where no step of theirs is stated or seen.
+    pub fn shortest_read(&self) -> f64 {
         let stated = self.constants.as_ref().map_or(0.0, |c| c.encoder_step);
-        let step = stated.max(self.reading_step.unwrap_or(0.0));
-        let coarse = 3e-4 * self.longest_pitch();
-        let shortest = if step > 0.0 { coarse.min(STEPS_A_PERIOD * step) } else { coarse };
-        (shortest, BEYOND_TRAVEL * self.longest_pitch())
+        STEPS_A_PERIOD * stated.max(self.reading_step.unwrap_or(0.0))
     }
 
     /// The largest control effort of the runs: as logged, or what the largest motor effort takes at standstill.
