@@ -411,6 +411,16 @@ pub(super) mod tests {
         assert!(!is_quiet(1.6, 1.0) && !is_quiet(1.0, 0.5));
     }
 
+    /// A cause beside a calibrated twin that leaves noise stands by its likelihood; beside one that leaves more by what it closes.
+    #[test]
+    fn exact_a_cause_beside_noise_stands_by_its_likelihood() {
+        let of = |calibrated: f64, chosen: usize| {
+            let all = vec![candidate(&[], 0.0, calibrated), candidate(&[COULOMB], 1.0, 1.0)];
+            found(all, chosen).is_by_likelihood()
+        };
+        assert!(of(1.05, 1) && !of(1.7, 1) && !of(1.05, 0));
+    }
+
     /// A calibrated twin that leaves no gap settles it, unless a cause predicts overwhelmingly better.
     #[test]
     fn exact_calibration_settles_but_against_overwhelming_evidence() {
