@@ -9,8 +9,8 @@ const MOST_ITERATIONS: usize = 60;
 pub(super) const ROUGH_ITERATIONS: usize = 8;
 /// Relative fall of the sum of squares below which a rough fit has arrived.
 const ROUGHLY_ARRIVED: f64 = 3e-3;
-/// Fall of the weighted sum of squares, over the [inflation](super::sandwich::inflation) of its variance, below which a fit has arrived: its numbers are
-/// within a tenth of their standard error, and likelihoods within 0.005 nats.
+/// Fall of the weighted sum of squares below which a fit has arrived: its numbers are within a tenth of the standard error that white residuals
+/// would give them, and likelihoods within 0.005 nats.
 pub(super) const ARRIVED: f64 = 0.01;
 
 /// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.

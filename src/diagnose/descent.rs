@@ -4,7 +4,6 @@ use super::bounded;
 use super::care::{Care, ROUGH_ITERATIONS};
 use super::free::Free;
 use super::objective::{Objective, Undescribed};
-use super::sandwich::{inflation, scatter};
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector};
 
@@ -67,10 +66,7 @@ pub(super) fn descend(
         let model = Model { free, values: &values, normal, gradient };
         let here = Here { residuals: &residuals, jacobian: &jacobian, weights: &weights, iteration };
         let whole = model.step(SMALLEST_DAMPING);
-        let little = match care {
-            Care::Thorough => care.arrived(cost) * here.inflation(objective, &model, whole.as_ref()),
-            Care::Rough(_) => care.arrived(cost),
-        };
+        let little = care.arrived(cost);
         if whole.is_some_and(|step| model.fall(&step) <= little) {
             last = Some(jacobian);
             break;
@@ -119,15 +115,6 @@ const MOST_CORRECTION: f64 = 0.375;
 const CORRECTIONS: usize = 4;
 
 impl Here<'_> {
-    /// By what factor a fall of the sum of squares along a step counts for less than one of white residuals.
-    fn inflation(&self, objective: &Objective, model: &Model, step: Option<&DVector<f64>>) -> f64 {
-        let Some(step) = step else { return 1.0 };
-        let (prior, _) = objective.hypothesis.prior(model.values);
-        let pulls = self.weights.component_mul(self.residuals);
-        let scatter = scatter(objective, self.jacobian, &pulls) + DMatrix::from_diagonal(&prior);
-        inflation(&model.normal, &scatter, step)
-    }
-
     /// The first step that falls, ever more damped; none where not even a short one does. `tried` gives the residuals at some values, and by how
     /// much the cost falls on the way there.
     fn next(

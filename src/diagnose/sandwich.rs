@@ -45,32 +45,6 @@ fn blocks(objective: &Objective) -> Vec<Vec<Range<usize>>> {
     all
 }
 
-/// By what factor a step counts for less where the gradient scatters as S than where the residuals are white, at least 1.
-///
-/// # Model
-/// White residuals of variance 1/W scatter the gradient by S = N, the normal matrix, and a Newton step v counts `vᵀNv`: in each direction its square in
-/// standard errors of the numbers. Of residuals that scatter the gradient by S the numbers' covariance is N⁻¹SN⁻¹. With B·Bᵀ = N⁻¹ and the eigenvalues
-/// λ and eigenvectors of BᵀSB, the step counts
-/// ```text
-///   Σ z_i²/max(1, λ_i),   z = Uᵀ·Bᵀ·N·v
-/// ```
-/// It is never counted for more than white residuals would have it: S of few blocks has small eigenvalues by chance.
-///
-/// # Validity
-/// To first order.
-///
-/// # Source
-/// The sandwich covariance N⁻¹SN⁻¹ of misspecified models: H. White (1982), Econometrica 50:1.
-pub(super) fn inflation(normal: &DMatrix<f64>, scatter: &DMatrix<f64>, step: &DVector<f64>) -> f64 {
-    let root = inverse_root(normal);
-    let whitened = root.tr_mul(&(normal * step));
-    let Some(parts) = decomposed(root.tr_mul(scatter) * &root) else { return 1.0 };
-    let Some(directions) = parts.u else { return 1.0 };
-    let along = directions.tr_mul(&whitened);
-    let counted: f64 = along.iter().zip(&parts.singular_values).map(|(z, s)| z * z / s.max(1.0)).sum();
-    if counted > 0.0 { (whitened.norm_squared() / counted).max(1.0) } else { 1.0 }
-}
-
 /// The inverse of a normal matrix; of numbers that do nothing, and of combinations that do nothing to rounding, zero.
 ///
 /// It is taken of the correlation matrix: numbers are in units of their own, and one that the data tell a million times better than another
@@ -119,31 +93,12 @@ mod tests {
         assert_eq!(inverse[(2, 2)], 0.0);
     }
 
-    /// A hypothesis without numbers, and one whose numbers do nothing, have nothing to invert and steps that count as they are.
+    /// A hypothesis without numbers, and one whose numbers do nothing, have nothing to invert.
     #[test]
     fn exact_nothing_is_inverted_to_nothing() {
         for count in [0, 2] {
-            let (normal, step) = (DMatrix::zeros(count, count), DVector::zeros(count));
+            let normal = DMatrix::zeros(count, count);
             assert_eq!(inverted(&normal), normal);
-            assert!((inflation(&normal, &normal, &step) - 1.0).abs() < 1e-12);
-        }
-    }
-
-    /// Residuals of which n consecutive ones are alike scatter the gradient by n·N and make a step count for 1/n; where they scatter one number
-    /// alone, steps of the other one count whole, and a mixed one `(1 + 4)/(1 + 4/9)` for less. White ones, or less than white, change nothing.
-    #[test]
-    fn exact_a_step_counts_in_standard_errors_of_correlated_residuals() {
-        let normal = DMatrix::from_row_slice(2, 2, &[4.0, 1.0, 1.0, 9.0]);
-        let step = DVector::from_vec(vec![1.0, -2.0]);
-        for (n, expected) in [(25.0, 25.0), (1.0, 1.0), (0.1, 1.0)] {
-            assert!((inflation(&normal, &(&normal * n), &step) - expected).abs() < 1e-9);
-        }
-        let (plain, uneven) =
-            (DMatrix::identity(2, 2), DMatrix::from_diagonal(&DVector::from_vec(vec![1.0, 9.0])));
-        for (step, expected) in [([1.0, 0.0], 1.0), ([0.0, 1.0], 9.0), ([1.0, 2.0], 5.0 / (1.0 + 4.0 / 9.0))]
-        {
-            let step = DVector::from_vec(step.to_vec());
-            assert!((inflation(&plain, &uneven, &step) - expected).abs() < 1e-9, "{expected}");
         }
     }
 }
