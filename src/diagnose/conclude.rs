@@ -55,8 +55,8 @@ pub fn causes(found: &Found, before: &Score, folds: &Folds) -> (Vec<Cause>, Vec<
 
 /// Share of the gap that each chosen effect closes: the mean of what it closes alone and what its absence
 /// reopens, scaled so that the shares add up to what all close together. For the split each explanation has its numbers where training and held-out runs
-/// together have them: a pitch that the training runs leave uncertain is no fault of its effect. Of the two, that of an explanation with another period counts only
-/// where both are so: alone, a wave stands for what it is not. `total` is what all close as they are fitted.
+/// together have them: a pitch that the training runs leave uncertain is no fault of its effect. What an explanation with another period or frequency closes counts only where
+/// both explanations have another one: a wave by itself may stand for another effect. `total` is what all close as they are fitted.
 fn contributions(found: &Found, before: &Score, total: f64) -> BTreeMap<EffectId, f64> {
     let chosen = &found.candidates[found.chosen];
     let of = |candidate: &Candidate| closed(before, &candidate.predictive.score).value;

@@ -64,14 +64,14 @@ pub(super) fn descend(
         let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
         let model = Model { free, values: &values, normal, gradient };
-        let here = Here { residuals: &residuals, jacobian: &jacobian, weights: &weights, iteration };
-        let whole = model.step(SMALLEST_DAMPING);
+        let fall = model.step(SMALLEST_DAMPING).map(|step| model.fall(&step));
         let little = care.arrived(cost);
-        if whole.is_some_and(|step| model.fall(&step) <= little) {
+        if fall.is_some_and(|fall| fall <= little) {
             last = Some(jacobian);
             break;
         }
         let begun = damping;
+        let here = Here { residuals: &residuals, jacobian: &jacobian, weights: &weights, iteration };
         let tried = |values: &[f64]| {
             let there = objective.residuals(values)?;
             let fall = cost - objective.cost(&there, &weights, values);

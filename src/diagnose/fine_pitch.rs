@@ -1,7 +1,9 @@
 //! Periods of a reading's error that are short against the travel, from what the replays of a fit leave of the position.
 
+use super::estimate::relax::{Spectrum, refined};
 use super::experiment::Experiment;
 use super::ordinates::OVERSAMPLING;
+use super::thresholds::SIGNIFICANCE;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::axis::LONGEST_STEP_S;
@@ -10,9 +12,11 @@ use nalgebra::{Matrix2, Vector2};
 use realfft::RealFftPlanner;
 use std::f64::consts::{LN_2, PI, TAU};
 
-/// Samples on either side of one whose mean is taken out: what changes slower is not a fine period.
+/// Samples on either side of one whose mean is taken out, so that changes faster than some twentieth of the sampling rate stay. A choice of cost: periods
+/// that pass slower are looked for through the twin's own loop.
 const HALF_WIDTH: usize = 10;
-/// Samples with less than this share of the largest speed rest or turn: many of them at one place look alike at all spatial frequencies.
+/// Samples with less than this share of the largest speed rest or turn, and are left out: many residuals at one place have power at all spatial frequencies.
+/// An estimate, that starts of fits depend on and no verdict.
 const MOVING: f64 = 0.05;
 /// Longer periods are looked for through the twin's own loop, see [`PitchSearch`](super::pitch_search::PitchSearch).
 const FEWEST_PERIODS: f64 = 7.0;
@@ -20,13 +24,8 @@ const FEWEST_PERIODS: f64 = 7.0;
 const BINS_A_PERIOD: f64 = 4.0;
 /// Bins at most, as a power of two: a transform of 2²¹ numbers takes some 20 ms.
 const MOST_BINS_LOG2: u32 = 19;
-/// Probability that noise alone makes a line.
-const CHANCE: f64 = 0.05;
 /// Ordinates whose median tells a level; one period of the travel has [`OVERSAMPLING`] of them, a line two.
 const BAND: usize = 64 * OVERSAMPLING;
-/// Golden sections of a spatial frequency's bracket.
-const SECTIONS: usize = 12;
-
 /// Position and what is left of it, one a moving sample.
 type Points = Vec<(f64, f64)>;
 
@@ -101,7 +100,7 @@ fn lines(points: &Points, shortest: f64, most: usize) -> Vec<[f64; 3]> {
     // Of fewer bins than were wanted, longer periods.
     let to = (1.0 / shortest).min(bins as f64 / (BINS_A_PERIOD * travel));
     let range = (FEWEST_PERIODS * OVERSAMPLING as f64) as usize..((to / spacing) as usize).min(power.len());
-    let chance = (range.len().max(1) as f64 / CHANCE).ln();
+    let chance = (range.len().max(1) as f64 / SIGNIFICANCE).ln();
     let is_peak = |&k: &usize| {
         let own = k.saturating_sub(OVERSAMPLING)..(k + OVERSAMPLING + 1).min(power.len());
         own.into_iter().all(|j| power[j] <= power[k])
@@ -114,7 +113,9 @@ fn lines(points: &Points, shortest: f64, most: usize) -> Vec<[f64; 3]> {
     let stands_out = |k: usize| power[k] / around[k / BAND];
     let mut lines: Vec<usize> = range.filter(is_peak).filter(|&k| stands_out(k) > chance).collect();
     lines.sort_by(|&a, &b| stands_out(b).total_cmp(&stands_out(a)));
-    lines.into_iter().take(most).filter_map(|k| refined(points, k as f64 * spacing, spacing)).collect()
+    let over_place = OverPlace { points, least: [FEWEST_PERIODS / travel], spacing };
+    let wave = |k: usize| over_place.wave(refined(&over_place, k as f64 * spacing, &()));
+    lines.into_iter().take(most).filter_map(wave).collect()
 }
 
 /// Mean of the ordinates of noise in a band that may hold lines: they are exponential, with a median of ln 2 of their mean.
@@ -125,11 +126,11 @@ fn level(band: &[f64]) -> f64 {
 }
 
 /// Squared magnitudes of the transform of residuals that are added up in bins of place, [`OVERSAMPLING`] of them a period of the travel.
-fn transformed(points: &Points, low: f64, per_metre: f64, bins: usize) -> Vec<f64> {
+fn transformed(points: &Points, low: f64, per_length: f64, bins: usize) -> Vec<f64> {
     let plan = RealFftPlanner::<f64>::new().plan_fft_forward(OVERSAMPLING * bins);
     let (mut input, mut output) = (plan.make_input_vec(), plan.make_output_vec());
     for (place, rest) in points {
-        input[(((place - low) * per_metre) as usize).min(bins - 1)] += rest;
+        input[(((place - low) * per_length) as usize).min(bins - 1)] += rest;
     }
     // Lengths are those of the plan's own vectors.
     if plan.process(&mut input, &mut output).is_err() {
@@ -138,31 +139,51 @@ fn transformed(points: &Points, low: f64, per_metre: f64, bins: usize) -> Vec<f6
     output.iter().map(|ordinate| ordinate.norm_sqr()).collect()
 }
 
-/// The wave near a spatial frequency that explains most, by golden section; none where the points do not tell sine from cosine.
-fn refined(points: &Points, frequency: f64, spacing: f64) -> Option<[f64; 3]> {
-    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-    let gain = |f: f64| wave(points, f).map_or(0.0, |(gain, _)| gain);
-    let (mut low, mut high) = (frequency - spacing, frequency + spacing);
-    for _ in 0..SECTIONS {
-        let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-        if gain(a) > gain(b) { high = b } else { low = a }
-    }
-    let frequency = 0.5 * (low + high);
-    let (_, [sine, cosine]) = wave(points, frequency)?;
-    Some([1.0 / frequency, sine, cosine])
+/// Residuals over place, near a spatial frequency.
+struct OverPlace<'a> {
+    points: &'a Points,
+    /// The lowest frequency that is looked at.
+    least: [f64; 1],
+    spacing: f64,
 }
 
-/// What a wave of a spatial frequency explains of the squares, and its sine and cosine.
-fn wave(points: &Points, frequency: f64) -> Option<(f64, [f64; 2])> {
-    let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
-    for (place, rest) in points {
-        let (sine, cosine) = (TAU * frequency * place).sin_cos();
-        let column = Vector2::new(sine, cosine);
-        normal += column * column.transpose();
-        right += column * *rest;
+impl OverPlace<'_> {
+    /// The wave of a spatial frequency by least squares, as a law has it; none where the points do not tell sine from cosine.
+    fn wave(&self, frequency: f64) -> Option<[f64; 3]> {
+        let (_, [sine, cosine]) = self.explained(frequency)?;
+        Some([1.0 / frequency, sine, cosine])
     }
-    let solved = normal.try_inverse()? * right;
-    Some((solved.dot(&right), [solved[0], solved[1]]))
+
+    /// What a wave explains of the squares, and its sine and cosine.
+    fn explained(&self, frequency: f64) -> Option<(f64, [f64; 2])> {
+        let (mut normal, mut right) = (Matrix2::zeros(), Vector2::zeros());
+        for (place, rest) in self.points {
+            let (sine, cosine) = (TAU * frequency * place).sin_cos();
+            let column = Vector2::new(sine, cosine);
+            normal += column * column.transpose();
+            right += column * *rest;
+        }
+        let solved = normal.try_inverse()? * right;
+        Some((solved.dot(&right), [solved[0], solved[1]]))
+    }
+}
+
+impl Spectrum for OverPlace<'_> {
+    type Beside = ();
+
+    fn frequencies(&self) -> &[f64] {
+        &self.least
+    }
+
+    fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    fn beside(&self, _frequencies: &[f64]) {}
+
+    fn gain(&self, frequency: f64, _beside: &()) -> f64 {
+        self.explained(frequency).map_or(0.0, |(gain, _)| gain)
+    }
 }
 
 #[cfg(test)]

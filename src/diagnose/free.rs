@@ -62,12 +62,11 @@ impl LogNormal {
 }
 
 impl Free {
-    /// By what a value is varied: its scale; of a period that may be decades shorter than the longest one no more than what makes one period more or less of
-    /// that.
+    /// Unit of the steps by which a value is varied: its scale; of a period p that may be decades shorter than the longest one P no more than p²/P, which adds
+    /// one period to the P/p that lie in P, or takes one away.
     pub fn reach(&self, value: f64) -> f64 {
         let one_more = value * value / self.range.1;
-        let is_wide_period = self.name.starts_with("period_") && is_wide(self.range);
-        if is_wide_period { self.scale.min(one_more) } else { self.scale }
+        if self.is_period() && is_wide(self.range) { self.scale.min(one_more) } else { self.scale }
     }
 
     /// How many standard deviations of its prior a number is off its median: the tolerance of a calibrated constant, what machines have
@@ -91,7 +90,11 @@ impl Free {
 
     /// Whether it is a period or a frequency: searched among many, and nothing by itself.
     pub fn is_line(&self) -> bool {
-        self.name.starts_with("period_") || self.name == "frequency_hz"
+        self.is_period() || self.name == "frequency_hz"
+    }
+
+    fn is_period(&self) -> bool {
+        self.name.starts_with("period_")
     }
 }
 

@@ -50,29 +50,21 @@ fn blocks(objective: &Objective) -> Vec<Vec<Range<usize>>> {
 /// It is taken of the correlation matrix: numbers are in units of their own, and one that the data tell a million times better than another
 /// does not make the other one nothing.
 pub(super) fn inverted(normal: &DMatrix<f64>) -> DMatrix<f64> {
-    let root = inverse_root(normal);
-    &root * root.transpose()
-}
-
-/// B with B·Bᵀ the inverse of a normal matrix, one column for each combination of numbers that does something.
-fn inverse_root(normal: &DMatrix<f64>) -> DMatrix<f64> {
     // Those that do nothing stay out: rounding would mix them into what the data hardly tell.
     let told: Vec<usize> = (0..normal.nrows()).filter(|&k| normal[(k, k)] > 0.0).collect();
     let size = |k: usize| normal[(k, k)].sqrt();
     let scaled = |a: usize, b: usize| normal[(a, b)] / (size(a) * size(b));
     let correlation = DMatrix::from_fn(told.len(), told.len(), |a, b| scaled(told[a], told[b]));
-    let parts = decomposed(correlation);
-    let Some((values, directions)) = parts.and_then(|parts| Some((parts.singular_values, parts.u?))) else {
-        return DMatrix::zeros(normal.nrows(), 0);
+    let mut inverse = DMatrix::zeros(normal.nrows(), normal.nrows());
+    let Some(part) = decomposed(correlation).and_then(|parts| parts.pseudo_inverse(ROUNDING).ok()) else {
+        return inverse;
     };
-    let kept: Vec<usize> = (0..values.len()).filter(|&i| values[i] > ROUNDING).collect();
-    let mut root = DMatrix::zeros(normal.nrows(), kept.len());
-    for (column, &i) in kept.iter().enumerate() {
-        for (row, &k) in told.iter().enumerate() {
-            root[(k, column)] = directions[(row, i)] / (values[i].sqrt() * size(k));
+    for (i, &a) in told.iter().enumerate() {
+        for (j, &b) in told.iter().enumerate() {
+            inverse[(a, b)] = part[(i, j)] / (size(a) * size(b));
         }
     }
-    root
+    inverse
 }
 
 #[cfg(test)]

@@ -28,7 +28,8 @@ const SCREW: [EffectId; 1] = [EffectId::ScrewError];
 const FINE_PERIODS: usize = 3;
 /// A period of so many standard deviations of the position's noise: the noise of the place then takes a quarter off its amplitude, `1 − exp(−½(2π/8)²)`.
 const CLEAR_OF_NOISE: f64 = 8.0;
-/// The least lead of a ball screw, in m (ISO 3408-2); a turning axis has no lead error that is shorter than this many rad either.
+/// Half of the shortest lead in the prior of [`ScrewError`](crate::effect::ScrewError), in m; the periods of its prior on a revolute axis are longer than
+/// this many rad.
 const LEAST_LEAD: f64 = 1e-3;
 /// Starts of a mode.
 const MODES: usize = 3;

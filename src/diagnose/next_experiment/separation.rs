@@ -118,7 +118,7 @@ pub(super) fn on_all(fit: &Fit, stages: &[Stage], machine: &Machine) -> Result<V
 
 /// Refits at most.
 const MOST_REFITS: usize = 8;
-/// So many in a row that come no closer end it: the one overshoots, the other one was to come back.
+/// So many in a row that come no closer end it: one may overshoot, and the next one comes back then or not at all.
 const MOST_FRUITLESS: usize = 2;
 /// A misfit of so many nats is none.
 const ARRIVED: f64 = 0.1;
