@@ -6,6 +6,7 @@ use super::free::{Free, Freedom};
 use super::grounds::Unidentified;
 use super::hypothesis::EffectSet;
 use super::predictive::Predictive;
+use super::thresholds::ADEQUATE_GAP;
 
 /// A number nearer to an end of its range than this share of it went to the end: far above rounding, and far below any step of a fit that
 /// stops of itself.
@@ -45,6 +46,12 @@ impl Candidate {
     /// Mean square that it leaves.
     pub(super) fn left(&self) -> f64 {
         self.predictive.score.mean_square()
+    }
+
+    /// Whether it leaves nothing that noise would not leave, of the held-out runs and of those that it was fitted to: how well a fit predicts says nothing of a
+    /// law that its own runs refute.
+    pub(super) fn is_adequate(&self) -> bool {
+        self.predictive.score.is_adequate() && self.training_gap <= ADEQUATE_GAP
     }
 
     /// Whether every effect shows (see [`Fit::shown`]), and no number went to the end of where a fit may look.

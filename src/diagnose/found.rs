@@ -93,7 +93,7 @@ impl Found {
     }
 
     pub(super) fn is_adequate(&self, index: usize) -> bool {
-        self.candidates[index].predictive.score.is_adequate()
+        self.candidates[index].is_adequate()
     }
 
     /// Whether a candidate may take the chosen one's place.
@@ -247,7 +247,7 @@ impl Found {
         let [after, now] = [a, b].map(|k| &self.candidates[k].predictive.score);
         let gained = now.mean_square() - after.mean_square();
         let is_most_of_rest = gained >= MOST * (now.mean_square() - 1.0);
-        let of_rest = !now.is_adequate() && (after.is_adequate() || is_most_of_rest);
+        let of_rest = !self.is_adequate(b) && (self.is_adequate(a) || is_most_of_rest);
         of_rest || gained >= self.limits.open_share * self.uncalibrated(before)
     }
 
@@ -350,6 +350,21 @@ pub(super) mod tests {
         assert_eq!(step(10.0, 100.0), [false, true]);
         assert_eq!(step(10.0, 6000.0), [false, false]);
         assert_eq!(step(-10.0, 100.0), [false, true]);
+    }
+
+    /// Beside a gap of 1000, friction that predicts the held-out runs to 1.2 × noise and leaves 3.5 × of its own runs is not all there is: what takes both to the
+    /// noise is worth naming, and no detail of it.
+    #[test]
+    fn exact_what_its_own_runs_refute_is_not_all_there_is() {
+        let before = Score::even(1e6);
+        let beside = |training_gap: f64| {
+            let friction = Candidate { training_gap, ..candidate(&[COULOMB], 1.0, 1.44) };
+            let all = vec![candidate(&[], 0.0, 1e6), friction, candidate(&[COULOMB, BACKLASH], 1.0, 1.0)];
+            let found = found(all, 1);
+            [found.has_material_left(&before), found.may_follow(2, &before), found.is_detail(2, &before)]
+        };
+        assert_eq!(beside(1.2), [false, false, true]);
+        assert_eq!(beside(3.5), [true, true, false]);
     }
 
     /// Of a range over nine decades a number a thousand times the lower end is inside, and one at that end is not.

@@ -28,6 +28,8 @@ pub struct Recorded {
     start: Start,
     /// When the run begins within the session, in s.
     begins_s: f64,
+    /// Whether nothing is known of what was before it: it was not cut out of a longer run.
+    is_first: bool,
     /// The controller's samples, where the log was read at others.
     grid: Option<Arc<Grid>>,
     /// What a replay in closed loop begins with: the samples before a run that was cut out of a longer one.
@@ -114,7 +116,8 @@ impl Recorded {
                 }
             })
             .collect();
-        Self { commands, start, begins_s: run.begins_s, grid: None, lead: None }
+        let is_first = run.entry().is_none();
+        Self { commands, start, begins_s: run.begins_s, is_first, grid: None, lead: None }
     }
 
     /// The same for a controller that samples at `period_s`: a run whose time stamps are uneven is then replayed at the
@@ -248,8 +251,9 @@ impl Recorded {
             twin.take_over(commanded_v - feedforward_v - first.disturbance_v, input);
         }
         start.initialise(&mut twin, machine, self.begins_s);
-        if let Some(command) = self.resting().filter(|_| shakes(machine)) {
-            // A vibration was there before the run began: base, drive and controller have settled into it.
+        if let Some(command) = self.resting().filter(|_| self.is_first && shakes(machine)) {
+            // A vibration was there before the run began: base, drive and controller have settled into it. A run that was cut out of a longer one
+            // begins in the state that is known: its reference may rest while the axis comes in.
             twin.set_clock(self.begins_s - SHAKEN_S);
             let periods = (SHAKEN_S / twin.period_s()).round() as usize;
             for _ in 0..periods {
