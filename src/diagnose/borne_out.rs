@@ -2,14 +2,13 @@
 
 use super::amplitude::amplitudes;
 use super::evidence::Score;
-use super::fit::Fit;
-use super::folds::Folds;
 use super::found::Found;
 use super::free::Freedom;
 use super::hypothesis::EffectSet;
 use super::parameter::NORMAL_975;
 use super::posterior::posterior;
 use super::selection::Search;
+use super::uncertainty::Uncertainty;
 use crate::effect::EffectId;
 use crate::error::Result;
 
@@ -28,13 +27,13 @@ impl Search<'_> {
     pub(super) fn keep_what_is_borne_out(&self, found: &mut Found, before: &Score) -> Result<()> {
         while !found.effects().is_empty() {
             let fit = &found.candidates[found.chosen].fit;
-            if !found.folds.contains_key(&found.chosen) {
-                let folds = Folds::of(self.machine, fit, self.training, &self.floors.common)?;
-                found.folds.insert(found.chosen, folds);
+            if !found.uncertainties.contains_key(&found.chosen) {
+                let uncertainty = Uncertainty::of(self.machine, fit, self.training, &self.floors.common)?;
+                found.uncertainties.insert(found.chosen, uncertainty);
             }
-            let folds = &found.folds[&found.chosen];
-            let open: Vec<EffectId> =
-                found.effects().iter().copied().filter(|effect| !is_borne_out(fit, folds, *effect)).collect();
+            let uncertainty = &found.uncertainties[&found.chosen];
+            let is_open = |effect: &EffectId| !is_borne_out(uncertainty, *effect);
+            let open: Vec<EffectId> = found.effects().iter().copied().filter(is_open).collect();
             // Two may stand for one another, so that neither is superfluous beside the other: all of them go, or one.
             let one = open.iter().map(|effect| self.without(found.effects(), [*effect]));
             let sets = one.chain([self.without(found.effects(), open.iter().copied())]);
@@ -72,12 +71,12 @@ impl Found {
 
 /// Whether the interval of one of an effect's numbers leaves out the twin's own value; of waves, that of one amplitude: the first wave of
 /// half a pitch cannot be told from the second one of the whole pitch, and its own second one is certain nevertheless.
-fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
+fn is_borne_out(Uncertainty { fit, folds }: &Uncertainty, effect: EffectId) -> bool {
     let waves = amplitudes(fit, folds, effect);
     if !waves.is_empty() {
         return waves.values().any(|amplitude| amplitude.ci95[0] > amplitude.twin);
     }
-    let errors = folds.widened(fit);
+    let errors = &fit.standard_errors;
     let free = &fit.hypothesis.free;
     let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause && !free[*k].held;
     let mut numbers = (0..free.len()).filter(own).filter(|&k| !free[k].neutral.is_nan()).peekable();
@@ -91,6 +90,7 @@ fn is_borne_out(fit: &Fit, folds: &Folds, effect: EffectId) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::folds::Folds;
     use crate::diagnose::found::tests::{COULOMB, candidate, found};
     use crate::diagnose::free::Free;
     use nalgebra::{DMatrix, DVector};
@@ -98,15 +98,16 @@ mod tests {
     /// A size of 1 ± 0.1 is borne out by runs that agree on it, and not by runs of which each says another one.
     #[test]
     fn exact_runs_that_disagree_do_not_bear_out_an_effect() {
-        let fit = candidate(&[COULOMB], 1.0, 1.0).fit;
-        let folds = |values: &[f64]| {
+        let is_borne_out = |values: &[f64]| {
+            let mut fit = candidate(&[COULOMB], 1.0, 1.0).fit;
             let fits = values.iter().map(|value| candidate(&[COULOMB], *value, 1.0).fit).collect();
-            Folds { fits }
+            let folds = Folds { fits };
+            fit.standard_errors = folds.widened(&fit);
+            is_borne_out(&Uncertainty { fit, folds }, COULOMB)
         };
-        assert!(is_borne_out(&fit, &folds(&[0.9, 1.0, 1.1]), COULOMB));
-        assert!(!is_borne_out(&fit, &folds(&[0.2, 1.0, 1.8]), COULOMB));
+        assert!(is_borne_out(&[0.9, 1.0, 1.1]) && !is_borne_out(&[0.2, 1.0, 1.8]));
         // Two runs have no scatter to speak of: the interval of the fit holds.
-        assert!(is_borne_out(&fit, &folds(&[0.2, 1.8]), COULOMB));
+        assert!(is_borne_out(&[0.2, 1.8]));
     }
 
     /// Of 10⁸, what leaves 20² is little. Beside an explanation that leaves noise it is not enough, and 2² is; beside one that leaves 15² it is.
@@ -135,7 +136,7 @@ mod tests {
             fit.values = vec![1.0, 0.0, 1.0, 0.0];
             let [first, second] = errors.map(|error: f64| error * error);
             fit.covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![first, first, second, second]));
-            is_borne_out(&fit, &Folds { fits: vec![] }, effect)
+            is_borne_out(&Uncertainty { fit, folds: Folds { fits: vec![] } }, effect)
         };
         assert!(wave([0.1, 2.0]) && wave([2.0, 0.1]) && !wave([2.0, 2.0]));
     }

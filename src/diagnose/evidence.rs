@@ -164,6 +164,11 @@ impl Score {
         self.gap() <= ADEQUATE_GAP
     }
 
+    /// Mean square of each signal.
+    pub(super) fn by_signal(&self) -> Vec<(Signal, f64)> {
+        self.levels(None)
+    }
+
     /// Mean square per signal.
     fn levels(&self, weights: Option<&[f64]>) -> Vec<(Signal, f64)> {
         let signal = |(channel, level)| match channel {

@@ -4,11 +4,11 @@ use super::candidate::Candidate;
 use super::decide::Limits;
 use super::evidence::{Score, bootstrap};
 use super::fit::Sensitivities;
-use super::folds::Folds;
 use super::hypothesis::EffectSet;
 use super::prior::{PRICE_PER_EFFECT, overwhelming, price};
 use super::proposals::Proposals;
 use super::thresholds::{ADEQUATE_GAP, MOST, SIGNIFICANCE};
+use super::uncertainty::Uncertainty;
 use std::collections::BTreeMap;
 
 /// What the search found.
@@ -27,8 +27,8 @@ pub struct Found {
     pub(super) stated: EffectSet,
     /// What fits that build on a candidate need of it.
     pub(super) bases: BTreeMap<usize, Base>,
-    /// Candidates fitted without each training run in turn.
-    pub(super) folds: BTreeMap<usize, Folds>,
+    /// How uncertain candidates are, of those where it was asked.
+    pub(super) uncertainties: BTreeMap<usize, Uncertainty>,
     /// Limits of the decision.
     pub(super) limits: Limits,
 }
@@ -308,7 +308,7 @@ pub(super) mod tests {
             not_borne_out: EffectSet::new(),
             stated: EffectSet::new(),
             bases: BTreeMap::new(),
-            folds: BTreeMap::new(),
+            uncertainties: BTreeMap::new(),
             limits: Limits::default(),
         }
     }

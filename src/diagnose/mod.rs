@@ -73,6 +73,7 @@ mod short_travel;
 pub mod smooth;
 pub mod thresholds;
 pub mod training_gap;
+mod uncertainty;
 pub mod untested;
 mod updated;
 pub mod verdict;
@@ -100,12 +101,12 @@ use experiment::{Experiment, HeldOut, Training};
 use floors::Floors;
 use folds::Folds;
 use found::Found;
-use linearised::Linearised;
 use next_experiment::NextExperiment;
 use noise::Floor;
 use selection::Search;
 use std::collections::BTreeMap;
 use training_gap::TrainingGap;
+use uncertainty::Uncertainty;
 use visibility::View;
 
 /// What a diagnosis may name, and who is told how it goes on.
@@ -328,22 +329,15 @@ impl<'a> Ready<'a> {
         })
     }
 
-    /// Widens the standard errors of the chosen explanation by how far the training runs disagree; the fits without each of them.
+    /// Takes the chosen explanation as uncertain as it is; the fits without each training run.
     fn widen_errors(&self, found: &mut Found) -> Result<Folds> {
-        let known = found.folds.remove(&found.chosen);
+        let known = found.uncertainties.remove(&found.chosen);
         let fit = &mut found.candidates[found.chosen].fit;
-        let folds = match known {
-            Some(folds) => folds,
-            None => Folds::of(self.machine, fit, &self.training, &self.floors.common)?,
+        let Uncertainty { fit: wide, folds } = match known {
+            Some(known) => known,
+            None => Uncertainty::of(self.machine, fit, &self.training, &self.floors.common)?,
         };
-        fit.standard_errors = folds.widened(fit);
-        if fit.values.is_empty() {
-            return Ok(folds);
-        }
-        let fitted = fit.machine(self.machine)?;
-        let linear = Linearised::of(self.machine, fit, self.training.runs(), &self.floors.common)?;
-        let added = [discrepancy::covariance(&linear, &fitted)?, sensor_bias::covariance(&linear, &fitted)?];
-        added.iter().flatten().for_each(|covariance| fit.widen(covariance));
+        *fit = wide;
         Ok(folds)
     }
 

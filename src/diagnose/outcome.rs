@@ -1,7 +1,7 @@
 //! What an explanation comes to.
 
 use super::candidate::Candidate;
-use super::decide::Evidence;
+use super::decide::{Evidence, OfSignal};
 use super::evidence::{Score, closed};
 use super::found::Found;
 use super::hypothesis::{EffectSet, with_modified};
@@ -16,6 +16,20 @@ impl Found {
         closed(before, after).value.min(closed(calibrated, after).value)
     }
 
+    /// What a candidate leaves of each signal, and the share of it that it closes beside calibration.
+    fn by_signal(&self, index: usize, before: &Score) -> Vec<OfSignal> {
+        let [calibrated, after] = [0, index].map(|k| &self.candidates[k].predictive.score);
+        let begun = before.by_signal().into_iter().zip(calibrated.by_signal());
+        let begun = begun.map(|((_, stated), (_, calibrated))| stated.min(calibrated) - 1.0);
+        let left = after.by_signal().into_iter();
+        left.zip(begun)
+            .map(|((_, left), begun)| {
+                let closed = if begun > 0.0 { 1.0 - (left - 1.0).max(0.0) / begun } else { 0.0 };
+                OfSignal { after: left.sqrt(), closed }
+            })
+            .collect()
+    }
+
     /// The evidence for a candidate; `noise_is_measured` tells whether the noise was seen in the recording.
     pub(super) fn evidence(&self, index: usize, before: &Score, noise_is_measured: bool) -> Evidence {
         let candidate = &self.candidates[index];
@@ -24,6 +38,7 @@ impl Found {
             gap_before: before.gap(),
             gap_after: candidate.predictive.score.gap(),
             closed: self.share(index, before),
+            signals: self.by_signal(index, before),
             training_before: self.candidates[0].training_gap,
             training_after: candidate.training_gap,
             noise_is_measured,

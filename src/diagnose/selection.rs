@@ -68,7 +68,7 @@ impl Search<'_> {
             not_borne_out: EffectSet::new(),
             stated: stated.collect(),
             bases: BTreeMap::new(),
-            folds: BTreeMap::new(),
+            uncertainties: BTreeMap::new(),
             limits: *self.limits,
         };
         let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
