@@ -17,8 +17,8 @@ impl Search<'_> {
     ///
     /// # Model
     /// Residuals of one fit do not tell what a law that is only nearly right puts into a small effect: it takes up what other laws leave,
-    /// and another share of it in each run. An effect is borne out where an interval of its numbers, widened by the jackknife over
-    /// the training runs ([`Folds`]), leaves out the twin's own value; of a wave, that of its amplitude. An effect without which
+    /// and another share of it in each run. An effect is borne out where an interval of its numbers, as the report states it
+    /// ([`Uncertainty`]), leaves out the twin's own value; of a wave, that of its amplitude. An effect without which
     /// more is left than may stay open is proven by what it closes, and stays. So is one without which unseen runs are not predicted to their noise
     /// any more: an explanation that leaves noise leaves nothing of other laws to be taken up.
     ///
@@ -61,7 +61,7 @@ impl Search<'_> {
 impl Found {
     /// Whether a candidate leaves so little that the further effects of the chosen explanation may be taken out.
     fn suffices(&self, index: usize, before: &Score, noise_is_measured: bool) -> bool {
-        if self.is_adequate(self.chosen) {
+        if self.predicts_to_noise(self.chosen) {
             self.leaves_nothing_to_name(index, before, noise_is_measured)
         } else {
             self.is_sufficient(index, before, noise_is_measured)
@@ -90,6 +90,7 @@ fn is_borne_out(Uncertainty { fit, folds }: &Uncertainty, effect: EffectId) -> b
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::candidate::Candidate;
     use crate::diagnose::folds::Folds;
     use crate::diagnose::found::tests::{COULOMB, candidate, found};
     use crate::diagnose::free::Free;
@@ -113,15 +114,19 @@ mod tests {
     /// Of 10⁸, what leaves 20² is little. Beside an explanation that leaves noise it is not enough, and 2² is; beside one that leaves 15² it is.
     #[test]
     fn exact_what_takes_the_rest_to_its_noise_stays() {
-        let may_be = |own: f64, rest: f64| {
+        let may_be_beside = |training_gap: f64, own: f64, rest: f64| {
+            let whole = candidate(&[COULOMB, EffectId::Backlash], 1.0, own * own);
             let all = vec![
                 candidate(&[], 0.0, 1e8),
                 candidate(&[COULOMB], 1.0, rest * rest),
-                candidate(&[COULOMB, EffectId::Backlash], 1.0, own * own),
+                Candidate { training_gap, ..whole },
             ];
             found(all, 2).suffices(1, &Score::even(1e8), true)
         };
+        let may_be = |own: f64, rest: f64| may_be_beside(own, own, rest);
         assert!(!may_be(1.0, 20.0) && may_be(1.0, 2.0) && may_be(15.0, 20.0));
+        // However little the training runs agree with it.
+        assert!(!may_be_beside(5.0, 1.0, 20.0));
     }
 
     /// A wave whose first harmonic is uncertain is borne out by its second one.

@@ -2,6 +2,7 @@
 
 use super::amplitude::{amplitude_of_sum, amplitudes};
 use super::candidate::Candidate;
+use super::decide::OfSignal;
 use super::evidence::{Closed, Score, closed};
 use super::experiment::Experiment;
 use super::fit::Fit;
@@ -15,12 +16,13 @@ use super::parameter::{NORMAL_975, Parameter};
 use super::phase::RunPhase;
 use super::prior::price;
 use super::rivals::{INDISTINCT, better, rivals};
-use super::verdict::{Calibration, Cause, EffectProbability, Gap, Ranked, SignalGap};
+use super::verdict::{Calibration, Cause, EffectProbability, Gap, OpenSignal, Ranked, SignalGap};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::twin::Sensing;
+use crate::units::Motion;
 use std::collections::BTreeMap;
 
 /// The named causes, most closing first, and the effects that are harmonics of one of them.
@@ -206,6 +208,12 @@ fn ranked(candidate: &Candidate, probability: f64) -> Ranked {
         probability,
         held_out_gap: candidate.score.gap(),
     }
+}
+
+/// Signals that are not explained, by their keys.
+pub fn open_signals(signals: &[OfSignal], motion: Motion) -> Vec<OpenSignal> {
+    let of = |of: &OfSignal| OpenSignal { signal: of.signal.key(motion).to_string(), open: 1.0 - of.closed };
+    signals.iter().map(of).collect()
 }
 
 /// Gap before and after, signal by signal.

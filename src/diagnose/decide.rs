@@ -4,6 +4,7 @@
 
 use super::grounds::{Grounds, Withheld};
 use super::thresholds::{ADEQUATE_GAP, LARGELY, OPEN_SHARE, PROBABILITY, SMALL_GAP, STATED_NOISE};
+use crate::recording::Signal;
 use serde::{Deserialize, Serialize};
 
 /// What a diagnosis comes to.
@@ -66,6 +67,8 @@ pub fn above_noise(gap: f64) -> f64 {
 /// What an explanation comes to for one signal of the held-out runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct OfSignal {
+    /// The signal.
+    pub signal: Signal,
     /// G of the signal.
     pub after: f64,
     /// Share of the power of its gap that is closed.
@@ -125,13 +128,26 @@ impl Evidence {
     /// In units of its noise one signal may have nearly all of the gap, and its share hides that another is not explained: a back-EMF that closes 99.99 % of
     /// the position's and leaves two thirds of the current's is not what acts.
     pub fn explains_held_out(&self, limits: &Limits) -> bool {
-        let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY;
-        let is_little = is_small || self.closed >= 1.0 - self.may_stay(limits);
-        let small = above_noise(limits.small_gap) * self.noise_power();
-        let is_explained = |signal: &OfSignal| signal.closed >= LARGELY || above_noise(signal.after) <= small;
-        let is_little = is_little && self.signals.iter().all(is_explained);
+        let is_little = self.leaves_little_in_all(limits) && self.unexplained(limits).next().is_none();
         let was_quiet = self.gap_before <= ADEQUATE_GAP;
         self.gap_after <= ADEQUATE_GAP || if self.names_effects { is_little } else { was_quiet }
+    }
+
+    fn leaves_little_in_all(&self, limits: &Limits) -> bool {
+        let is_small = self.gap_after <= limits.small_gap && self.closed >= LARGELY;
+        is_small || self.closed >= 1.0 - self.may_stay(limits)
+    }
+
+    /// The signals for which alone the held-out runs are not explained: all together leave little.
+    pub fn deciding_signals(&self, limits: &Limits) -> Vec<OfSignal> {
+        let decide = self.names_effects && self.gap_after > ADEQUATE_GAP && self.leaves_little_in_all(limits);
+        self.unexplained(limits).filter(|_| decide).copied().collect()
+    }
+
+    /// The signals that are not explained: more than a small gap is left of them, and less than nine tenths of their gap's power is closed.
+    fn unexplained(&self, limits: &Limits) -> impl Iterator<Item = &OfSignal> {
+        let small = above_noise(limits.small_gap) * self.noise_power();
+        self.signals.iter().filter(move |of| of.closed < LARGELY && above_noise(of.after) > small)
     }
 
     /// Whether no more is left of the training runs than a small gap, or than the share that may stay open.
@@ -242,7 +258,8 @@ mod tests {
     #[test]
     fn exact_one_signal_that_is_not_explained_is_enough() {
         let verdict = |after: f64, closed: f64, noise_is_measured: bool| {
-            let signals = vec![OfSignal { after: 1.0, closed: 1.0 }, OfSignal { after, closed }];
+            let of = |signal, after, closed| OfSignal { signal, after, closed };
+            let signals = vec![of(Signal::Position, 1.0, 1.0), of(Signal::Current, after, closed)];
             Evidence { gap_after: 30.0, closed: 0.9991, signals, noise_is_measured, ..CLEAR }.verdict(&LIMITS)
         };
         assert_eq!(
@@ -251,6 +268,11 @@ mod tests {
         );
         assert_eq!([verdict(2.9, 0.0, true), verdict(3.1, 0.0, true)], [Verdict::Cause, Verdict::Unknown]);
         assert_eq!([verdict(8.9, 0.0, false), verdict(9.1, 0.0, false)], [Verdict::Cause, Verdict::Unknown]);
+        let deciding = |gap_after: f64, closed: f64| {
+            let signals = vec![OfSignal { signal: Signal::Current, after: 60.0, closed: 0.4 }];
+            Evidence { gap_after, closed, signals, ..CLEAR }.deciding_signals(&LIMITS).len()
+        };
+        assert_eq!([deciding(30.0, 0.9991), deciding(300.0, 0.91), deciding(1.2, 1.0)], [1, 0, 0]);
     }
 
     /// What explains the held-out runs is no verdict where of the training runs more than a small gap is left, and more than a thousandth of the power

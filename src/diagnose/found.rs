@@ -1,7 +1,7 @@
 //! What a search has found so far, and how explanations are compared.
 
 use super::candidate::Candidate;
-use super::decide::Limits;
+use super::decide::{Limits, above_noise};
 use super::evidence::{Score, bootstrap};
 use super::fit::Sensitivities;
 use super::hypothesis::EffectSet;
@@ -73,12 +73,12 @@ impl Found {
 
     /// Whether the calibrated twin does.
     pub(super) fn calibration_settles(&self) -> bool {
-        !self.candidates.is_empty() && self.is_adequate(0) && !self.overwhelms()
+        !self.candidates.is_empty() && self.predicts_to_noise(0) && !self.overwhelms()
     }
 
     /// Whether a cause is chosen though the calibrated twin leaves what noise leaves: by likelihood alone.
     pub(super) fn is_by_likelihood(&self) -> bool {
-        self.chosen != 0 && self.is_adequate(0)
+        self.chosen != 0 && self.predicts_to_noise(0)
     }
 
     fn overwhelms(&self) -> bool {
@@ -96,6 +96,11 @@ impl Found {
         self.candidates[index].is_adequate()
     }
 
+    /// Whether a candidate leaves noise of the held-out runs, whatever it leaves of the training runs.
+    pub(super) fn predicts_to_noise(&self, index: usize) -> bool {
+        self.candidates[index].predictive.score.is_adequate()
+    }
+
     /// Whether a candidate may take the chosen one's place.
     pub(super) fn may_follow(&self, index: usize, before: &Score) -> bool {
         index != self.chosen
@@ -108,7 +113,7 @@ impl Found {
     /// Whether a candidate explains most of what is open, though a number of it ran off or an effect found before does not show
     /// any more: with what is missing beside it, the one may be found inside, and the other be taken out.
     pub(super) fn may_lead_on(&self, index: usize, before: &Score) -> bool {
-        let open = |k: usize| self.candidates[k].left() - 1.0;
+        let open = |k: usize| (self.candidates[k].left() - 1.0).max(0.0);
         index != self.chosen
             && self.candidates[index].thorough
             && open(index) < MOST * open(self.chosen)
@@ -241,14 +246,20 @@ impl Found {
         gains.iter().sum::<f64>() > price && paid as f64 >= (1.0 - SIGNIFICANCE) * draws.len() as f64
     }
 
-    /// Whether the step from `b` to `a` matters: it makes an inadequate explanation adequate, closes more of the gap than may stay
-    /// open, or most of what `b` leaves: a large gap must not hide a small cause that is most of the rest.
+    /// Whether the step from `b` to `a` matters: it makes an explanation adequate that was not, of the held-out runs, closes more of the gap than may stay
+    /// open, or most of what `b` leaves of the held-out runs or of those that it was fitted to: a large gap must not hide a small cause that is most of the rest.
     pub(super) fn worth_naming(&self, a: usize, b: usize, before: &Score) -> bool {
         let [after, now] = [a, b].map(|k| &self.candidates[k].predictive.score);
         let gained = now.mean_square() - after.mean_square();
         let is_most_of_rest = gained >= MOST * (now.mean_square() - 1.0);
-        let of_rest = !self.is_adequate(b) && (self.is_adequate(a) || is_most_of_rest);
-        of_rest || gained >= self.limits.open_share * self.uncalibrated(before)
+        let of_rest = !now.is_adequate() && (after.is_adequate() || is_most_of_rest);
+        of_rest || self.closes_training(a, b) || gained >= self.limits.open_share * self.uncalibrated(before)
+    }
+
+    /// Whether `a` closes most of what `b` leaves of the training runs, where that is more than noise. Any number more leaves a little less there.
+    fn closes_training(&self, a: usize, b: usize) -> bool {
+        let [left, begun] = [a, b].map(|k| above_noise(self.candidates[k].training_gap));
+        self.candidates[b].training_gap > ADEQUATE_GAP && left <= (1.0 - MOST) * begun
     }
 
     /// What calibration leaves open, as mean square above noise: the gap that causes are measured by.
@@ -365,6 +376,23 @@ pub(super) mod tests {
         };
         assert_eq!(beside(1.2), [false, false, true]);
         assert_eq!(beside(3.5), [true, true, false]);
+    }
+
+    /// Beside friction that predicts the held-out runs to 0.9 × noise and leaves 3.5 × of its own runs, what leaves a little more of both is neither worth naming
+    /// nor leads on, and what leaves 3.4 × of these for one number more is a detail.
+    #[test]
+    fn exact_what_closes_nothing_of_its_own_runs_is_not_worth_naming() {
+        let before = Score::even(1e6);
+        let of = |left: f64, training_gap: f64| {
+            let friction = Candidate { training_gap: 3.5, ..candidate(&[COULOMB], 1.0, 0.81) };
+            let pair = Candidate { training_gap, ..candidate(&[COULOMB, BACKLASH], 1.0, left) };
+            let found = found(vec![candidate(&[], 0.0, 1e6), friction, pair], 1);
+            [found.worth_naming(2, 1, &before), found.may_lead_on(2, &before)]
+        };
+        assert_eq!(
+            [of(0.85, 3.6), of(0.8, 3.4), of(0.8, 1.2)],
+            [[false, false], [false, false], [true, false]]
+        );
     }
 
     /// Of a range over nine decades a number a thousand times the lower end is inside, and one at that end is not.

@@ -293,7 +293,11 @@ impl<'a> Ready<'a> {
             floor,
         )?;
         let training = self.training_gap(found, &improved, floor, &options.limits)?;
-        let gap = verdict::Gap { rigid_body, training, ..updated::with_predictive(gap, chosen) };
+        let evidence = found.evidence(found.chosen, &self.before, floor.is_measured());
+        let signals = evidence.deciding_signals(&options.limits);
+        let unexplained_signals = conclude::open_signals(&signals, self.machine.motion());
+        let gap = updated::with_predictive(gap, chosen);
+        let gap = verdict::Gap { rigid_body, training, unexplained_signals, ..gap };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], self.held_out.runs(), &self.floors.common)?;
         attribute::attribute(&mut place, &causes, unexplained);
@@ -337,7 +341,7 @@ impl<'a> Ready<'a> {
             Some(known) => known,
             None => Uncertainty::of(self.machine, fit, &self.training, &self.floors.common)?,
         };
-        *fit = wide;
+        (fit.standard_errors, fit.covariance) = (wide.standard_errors, wide.covariance);
         Ok(folds)
     }
 

@@ -7,6 +7,7 @@ use super::found::Found;
 use super::hypothesis::{EffectSet, with_modified};
 use crate::effect::EffectId;
 use crate::machine::Machine;
+use crate::recording::Signal;
 
 impl Found {
     /// Share of the gap that a candidate closes with its numbers where training and held-out runs together have them; what calibration closes by itself is
@@ -16,18 +17,17 @@ impl Found {
         closed(before, after).value.min(closed(calibrated, after).value)
     }
 
-    /// What a candidate leaves of each signal, and the share of it that it closes beside calibration.
+    /// What a candidate comes to for each signal, beside the twin as it is or calibrated: the one that leaves less in all.
     fn by_signal(&self, index: usize, before: &Score) -> Vec<OfSignal> {
         let [calibrated, after] = [0, index].map(|k| &self.candidates[k].predictive.score);
-        let begun = before.by_signal().into_iter().zip(calibrated.by_signal());
-        let begun = begun.map(|((_, stated), (_, calibrated))| stated.min(calibrated) - 1.0);
-        let left = after.by_signal().into_iter();
-        left.zip(begun)
-            .map(|((_, left), begun)| {
-                let closed = if begun > 0.0 { 1.0 - (left - 1.0).max(0.0) / begun } else { 0.0 };
-                OfSignal { after: left.sqrt(), closed }
-            })
-            .collect()
+        let base = if calibrated.mean_square() < before.mean_square() { calibrated } else { before };
+        let base = base.by_signal();
+        let of = |(signal, left): (Signal, f64)| {
+            let begun = base.iter().find(|(other, _)| *other == signal).map_or(0.0, |(_, level)| level - 1.0);
+            let closed = if begun > 0.0 { 1.0 - (left - 1.0).max(0.0) / begun } else { 0.0 };
+            OfSignal { signal, after: left.sqrt(), closed }
+        };
+        after.by_signal().into_iter().map(of).collect()
     }
 
     /// The evidence for a candidate; `noise_is_measured` tells whether the noise was seen in the recording.
@@ -46,8 +46,8 @@ impl Found {
         }
     }
 
-    /// Whether all effects of a candidate show, and little is left of the held-out runs. What is left of the training runs chooses no explanation: it withholds
-    /// the verdict.
+    /// Whether all effects of a candidate show, and little is left of the held-out runs. What is left of the training runs withholds the verdict, and lets the search look
+    /// further ([`Candidate::is_adequate`]).
     pub(super) fn is_sufficient(&self, index: usize, before: &Score, noise_is_measured: bool) -> bool {
         let evidence = self.evidence(index, before, noise_is_measured);
         self.is_resolved(index) && evidence.explains_held_out(&self.limits)
@@ -136,6 +136,19 @@ mod tests {
         let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
         let mut folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
         folders.find_map(|folder| Machine::read(&folder).ok()).unwrap()
+    }
+
+    /// Of 1e4 as it is, 101 calibrated and 3 with friction, friction closes 98 of 100 beside calibration.
+    #[test]
+    fn exact_a_signal_is_closed_beside_what_leaves_less_in_all() {
+        let closed = |before: f64, calibrated: f64, left: f64| {
+            let all = vec![candidate(&[], 0.0, calibrated), candidate(&[COULOMB], 1.0, left)];
+            let of = found(all, 1).by_signal(1, &Score::even(before))[0];
+            (of.signal, (of.closed * 1e6).round() / 1e6, (of.after.powi(2) * 1e6).round() / 1e6)
+        };
+        assert_eq!(closed(1e4, 101.0, 3.0), (Signal::Position, 0.98, 3.0));
+        assert_eq!(closed(51.0, 101.0, 3.0), (Signal::Position, 0.96, 3.0));
+        assert_eq!(closed(51.0, 0.9, 3.0), (Signal::Position, 0.0, 3.0));
     }
 
     /// An equal of the chosen effect is its rival, whichever of them happens to leave a billionth less; more effects that gain too

@@ -156,6 +156,19 @@ pub struct Gap {
     /// Signal by signal.
     #[serde(default)]
     pub signals: Vec<SignalGap>,
+    /// Signals that the causes do not explain, though all together leave little: for these the verdict is `unknown`.
+    #[serde(default)]
+    pub unexplained_signals: Vec<OpenSignal>,
+}
+
+/// A signal that is not explained.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OpenSignal {
+    /// Its key, with unit.
+    pub signal: String,
+    /// Share of the power of its gap that stays open, of the twin as it is or calibrated, whichever leaves less in all; more than 1 where it grew.
+    #[serde(deserialize_with = "json::number")]
+    pub open: f64,
 }
 
 /// Position reference less measured position, in m or rad.
@@ -181,7 +194,7 @@ impl FollowingError {
 }
 
 impl Diagnosis {
-    /// Whether the verdict is `unknown` though the causes named are certain and close most of what calibration leaves: part of
+    /// Whether the verdict is `unknown` though the causes named are certain, close most of what calibration leaves and leave no signal unexplained: part of
     /// the cause is found, and what is left is more than noise and has no name.
     pub fn is_found_in_part(&self) -> bool {
         self.verdict == Verdict::Unknown
@@ -189,6 +202,7 @@ impl Diagnosis {
             && !self.causes.is_empty()
             && self.causes.iter().all(|cause| cause.probability >= self.limits.probability)
             && self.gap.closed_beside_calibration >= LARGELY
+            && self.gap.unexplained_signals.is_empty()
     }
 }
 

@@ -28,8 +28,8 @@ pub struct Recorded {
     start: Start,
     /// When the run begins within the session, in s.
     begins_s: f64,
-    /// Whether nothing is known of what was before it: it was not cut out of a longer run.
-    is_first: bool,
+    /// Whether it is the lead of another one: it begins wherever the axis was then.
+    is_lead: bool,
     /// The controller's samples, where the log was read at others.
     grid: Option<Arc<Grid>>,
     /// What a replay in closed loop begins with: the samples before a run that was cut out of a longer one.
@@ -75,7 +75,7 @@ impl Recorded {
         if let (Some(last), Some(first)) = (lead.commands.last(), self.commands.first_mut()) {
             first.velocity_reference = (first.position_reference - last.position_reference) / period_s;
         }
-        self.lead = Some(Arc::new(lead));
+        self.lead = Some(Arc::new(Self { is_lead: true, ..lead }));
         self
     }
 
@@ -116,8 +116,7 @@ impl Recorded {
                 }
             })
             .collect();
-        let is_first = run.entry().is_none();
-        Self { commands, start, begins_s: run.begins_s, is_first, grid: None, lead: None }
+        Self { commands, start, begins_s: run.begins_s, is_lead: false, grid: None, lead: None }
     }
 
     /// The same for a controller that samples at `period_s`: a run whose time stamps are uneven is then replayed at the
@@ -251,9 +250,9 @@ impl Recorded {
             twin.take_over(commanded_v - feedforward_v - first.disturbance_v, input);
         }
         start.initialise(&mut twin, machine, self.begins_s);
-        if let Some(command) = self.resting().filter(|_| self.is_first && shakes(machine)) {
-            // A vibration was there before the run began: base, drive and controller have settled into it. A run that was cut out of a longer one
-            // begins in the state that is known: its reference may rest while the axis comes in.
+        if let Some(command) = self.resting().filter(|_| !self.is_lead && shakes(machine)) {
+            // A vibration was there before the run began: base, drive and controller have settled into it. The reference of a lead may rest while the axis
+            // comes in.
             twin.set_clock(self.begins_s - SHAKEN_S);
             let periods = (SHAKEN_S / twin.period_s()).round() as usize;
             for _ in 0..periods {

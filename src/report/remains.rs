@@ -5,9 +5,8 @@ use super::place::{banded, named, top};
 use super::stretches::seconds;
 use super::words::{listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
-use crate::diagnose::decide::above_noise;
-use crate::diagnose::thresholds::{LARGELY, MOST};
-use crate::diagnose::verdict::{Diagnosis, Gap, SignalGap, Stretch, Updated};
+use crate::diagnose::thresholds::MOST;
+use crate::diagnose::verdict::{Diagnosis, Gap, OpenSignal, Stretch, Updated};
 use crate::units::Motion;
 
 /// From this gap on, what remains behind the named causes is worth a sentence.
@@ -27,9 +26,8 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
     match diagnosis.verdict {
         Verdict::Unknown => {
             format!(
-                " A gap of {left} remains that no effect of the catalogue explains{}.{}",
-                largest(diagnosis, motion),
-                unexplained_signals(diagnosis)
+                " A gap of {left} remains that no effect of the catalogue explains{}.",
+                largest(diagnosis, motion)
             )
         }
         _ if diagnosis.gap.after > REMAINS => format!(" A gap of {left} remains unexplained."),
@@ -37,19 +35,13 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
     }
 }
 
-/// Which signals are not explained, each by itself; nothing where nothing is named.
-fn unexplained_signals(diagnosis: &Diagnosis) -> String {
-    if diagnosis.causes.is_empty() {
-        return String::new();
-    }
-    let of = |signal: &SignalGap| {
-        let [before, after] =
-            [signal.rms_before, signal.rms_after].map(|rms| above_noise(rms / signal.noise));
-        let open = after / before.max(f64::MIN_POSITIVE);
-        let is_open = after > above_noise(diagnosis.limits.small_gap) && open > 1.0 - LARGELY;
-        is_open.then(|| format!(" Of the {}'s gap {} stays.", name(&signal.signal), percent(open.min(1.0))))
+/// Which signals the causes named do not explain.
+pub(super) fn unexplained_signals(diagnosis: &Diagnosis) -> String {
+    let of = |of: &OpenSignal| match of.open {
+        open if open < 1.0 => format!(" Of the {}'s gap {} stays.", name(&of.signal), percent(open)),
+        _ => format!(" The {} is predicted no better.", name(&of.signal)),
     };
-    diagnosis.gap.signals.iter().filter_map(of).collect()
+    diagnosis.gap.unexplained_signals.iter().map(of).collect()
 }
 
 /// That the training runs alone are not explained, and where in them most is left; none where it is not so.

@@ -2,7 +2,7 @@
 
 use super::changes;
 use super::number::{percent, plain, probability, value};
-use super::remains::{largest, only_in_training, remains};
+use super::remains::{largest, only_in_training, remains, unexplained_signals};
 use super::withheld;
 use super::words::{described, listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
@@ -166,7 +166,7 @@ fn unknown(diagnosis: &Diagnosis, motion: Motion) -> String {
             times_noise(gap.before)
         );
     }
-    text + &largest(diagnosis, motion) + "."
+    text + &largest(diagnosis, motion) + "." + &unexplained_signals(diagnosis)
 }
 
 fn capitalised(text: &str) -> String {

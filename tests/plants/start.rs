@@ -68,7 +68,7 @@ fn exact_a_drive_that_is_off_and_a_measured_supply_are_known_to_the_start() {
 fn left(log: &Experiment, machine: &Machine) -> f64 {
     let predicted = log.predict(machine, Sensing::Perfect).unwrap();
     let pairs = log.run().signal(Signal::Position).unwrap().iter().zip(&predicted.position);
-    let count = (0.5 / log.run().sample_period_s()).round() as usize;
+    let count = ((0.5 / log.run().sample_period_s()).round() as usize).min(log.samples());
     (pairs.take(count).map(|(m, p)| (m - p).powi(2)).sum::<f64>() / count as f64).sqrt()
 }
 

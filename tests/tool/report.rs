@@ -8,8 +8,8 @@ use slideway::diagnose::next_experiment::{NextExperiment, Plan};
 use slideway::diagnose::noise::Source;
 use slideway::diagnose::untested::Untested;
 use slideway::diagnose::verdict::{
-    Band, Calibration, Cause, Data, Diagnosis, EffectProbability, FollowingError, Gap, Parameter, Ranked,
-    Reference, Share, SignalGap, Stretch, TrainingGap, Updated, Verdict, Where,
+    Band, Calibration, Cause, Data, Diagnosis, EffectProbability, FollowingError, Gap, OpenSignal, Parameter,
+    Ranked, Reference, Share, SignalGap, Stretch, TrainingGap, Updated, Verdict, Where,
 };
 use slideway::machine::Machine;
 use slideway::recording::Samples;
@@ -133,6 +133,7 @@ fn gap() -> Gap {
         noise_is_measured: true,
         predicted_closed: 0.98,
         training: TrainingGap { gap: 1.02, ..TrainingGap::default() },
+        unexplained_signals: Vec::new(),
         signals: vec![
             signal("control_effort_v", [0.2, 0.01], 1e-3),
             signal("current_a", [0.18, 0.012], 4e-3),
@@ -491,6 +492,21 @@ fn exact_a_gap_of_the_training_runs_alone_is_told_with_its_place() {
     lacks(&both, &["that no effect of the catalogue explains"]);
     d.gap.training.explained_by.clear();
     lacks(&reports(&d, Motion::Prismatic), &["would be explained"]);
+}
+
+/// What closes nearly all and leaves two thirds of one signal is not called found, and the signal is told.
+#[test]
+fn exact_a_signal_that_is_not_explained_is_told() {
+    let mut diagnosis = diagnosis();
+    diagnosis.verdict = Verdict::Unknown;
+    diagnosis.causes.truncate(1);
+    let of = |signal: &str, open: f64| OpenSignal { signal: signal.to_owned(), open };
+    assert!(diagnosis.is_found_in_part());
+    diagnosis.gap.unexplained_signals = vec![of("current_a", 0.62), of("thrust_n", 1.4)];
+    assert!(!diagnosis.is_found_in_part());
+    let reports = reports(&diagnosis, Motion::Prismatic);
+    holds(&reports, &["Of the current's gap 62", "stays.", "The thrust is predicted no better."]);
+    lacks(&reports, &["in part"]);
 }
 
 /// What the fit leaves is then no gap without an explanation; a pitch is told, not a cosine.
