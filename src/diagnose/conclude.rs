@@ -22,7 +22,6 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::twin::Sensing;
-use crate::units::Motion;
 use std::collections::BTreeMap;
 
 /// The named causes, most closing first, and the effects that are harmonics of one of them.
@@ -210,10 +209,15 @@ fn ranked(candidate: &Candidate, probability: f64) -> Ranked {
     }
 }
 
-/// Signals that are not explained, by their keys.
-pub fn open_signals(signals: &[OfSignal], motion: Motion) -> Vec<OpenSignal> {
-    let of = |of: &OfSignal| OpenSignal { signal: of.signal.key(motion).to_string(), open: 1.0 - of.closed };
-    signals.iter().map(of).collect()
+/// The gap of the chosen explanation, with the signals for which alone it is not explained.
+pub fn with_open_signals(gap: Gap, found: &Found, before: &Score, machine: &Machine) -> Gap {
+    let evidence = found.evidence(found.chosen, before, gap.noise_is_measured);
+    let open = |of: OfSignal| OpenSignal {
+        signal: of.signal.key(machine.motion()).to_string(),
+        open: 1.0 - of.closed,
+    };
+    let unexplained_signals = evidence.deciding_signals(&found.limits).into_iter().map(open).collect();
+    Gap { unexplained_signals, ..gap }
 }
 
 /// Gap before and after, signal by signal.

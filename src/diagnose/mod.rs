@@ -285,19 +285,9 @@ impl<'a> Ready<'a> {
         self.set_phases(&mut causes, &improved)?;
         let runs: Vec<&Experiment> = self.training.runs().iter().chain(self.held_out.runs()).collect();
         short_travel::qualify(&mut causes, self.machine, &runs, options.catalogue);
-        let gap = conclude::gap(
-            [self.machine, &improved],
-            [&self.before, &chosen.score],
-            (found.share(found.chosen, &self.before), predicted),
-            self.held_out.runs(),
-            floor,
-        )?;
         let training = self.training_gap(found, &improved, floor, &options.limits)?;
-        let evidence = found.evidence(found.chosen, &self.before, floor.is_measured());
-        let signals = evidence.deciding_signals(&options.limits);
-        let unexplained_signals = conclude::open_signals(&signals, self.machine.motion());
-        let gap = updated::with_predictive(gap, chosen);
-        let gap = verdict::Gap { rigid_body, training, unexplained_signals, ..gap };
+        let gap = self.gap(found, &improved, predicted, floor)?;
+        let gap = verdict::Gap { rigid_body, training, ..gap };
         let unexplained = if verdict == Verdict::NoGap { 0.0 } else { (1.0 - gap.closed).clamp(0.0, 1.0) };
         let mut place = locate::locate([self.machine, &improved], self.held_out.runs(), &self.floors.common)?;
         attribute::attribute(&mut place, &causes, unexplained);
@@ -343,6 +333,16 @@ impl<'a> Ready<'a> {
         };
         (fit.standard_errors, fit.covariance) = (wide.standard_errors, wide.covariance);
         Ok(folds)
+    }
+
+    /// What the chosen explanation, `improved`, leaves of the held-out runs; `predicted` is the closed share that cross-validation predicts.
+    fn gap(&self, found: &Found, improved: &Machine, predicted: f64, floor: &Floor) -> Result<verdict::Gap> {
+        let chosen = &found.candidates[found.chosen];
+        let shares = (found.share(found.chosen, &self.before), predicted);
+        let (machines, scores) = ([self.machine, improved], [&self.before, &chosen.score]);
+        let gap = conclude::gap(machines, scores, shares, self.held_out.runs(), floor)?;
+        let gap = updated::with_predictive(gap, chosen);
+        Ok(conclude::with_open_signals(gap, found, &self.before, self.machine))
     }
 
     /// What the chosen explanation, `improved`, leaves of the training runs.
