@@ -2,7 +2,7 @@
 
 use super::amplitude::{amplitude_of_sum, amplitudes};
 use super::candidate::Candidate;
-use super::decide::OfSignal;
+use super::decide::SignalEvidence;
 use super::evidence::{Closed, Score, closed};
 use super::experiment::Experiment;
 use super::fit::Fit;
@@ -212,7 +212,7 @@ fn ranked(candidate: &Candidate, probability: f64) -> Ranked {
 /// The gap of the chosen explanation, with the signals for which alone it is not explained.
 pub fn with_open_signals(gap: Gap, found: &Found, before: &Score, machine: &Machine) -> Gap {
     let evidence = found.evidence(found.chosen, before, gap.noise_is_measured);
-    let open = |of: OfSignal| OpenSignal {
+    let open = |of: SignalEvidence| OpenSignal {
         signal: of.signal.key(machine.motion()).to_string(),
         open: 1.0 - of.closed,
     };

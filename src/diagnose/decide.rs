@@ -66,7 +66,7 @@ pub fn above_noise(gap: f64) -> f64 {
 
 /// What an explanation comes to for one signal of the held-out runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OfSignal {
+pub struct SignalEvidence {
     /// The signal.
     pub signal: Signal,
     /// G of the signal.
@@ -87,7 +87,7 @@ pub struct Evidence {
     /// Share of the gap's power that its effects close beside calibration.
     pub closed: f64,
     /// The same of each signal by itself.
-    pub signals: Vec<OfSignal>,
+    pub signals: Vec<SignalEvidence>,
     /// G of the calibrated twin on the training runs.
     pub training_before: f64,
     /// G on the training runs with the explanation in the twin, as fitted to them.
@@ -122,11 +122,11 @@ impl Evidence {
         self.explains_held_out(limits) && self.explains_training(limits)
     }
 
-    /// Whether no more is left of the held-out runs than noise leaves, than a small gap, or than the share that may stay open, and of each signal largely all
-    /// is closed but for a small gap; without effects, noise is all that is left or all that there was.
+    /// Whether no more is left of the held-out runs than noise leaves, than a small gap, or than the share that may stay open, and no signal by
+    /// itself is unexplained; without effects, noise is all that is left or all that there was.
     ///
     /// In units of its noise one signal may have nearly all of the gap, and its share hides that another is not explained: a back-EMF that closes 99.99 % of
-    /// the position's and leaves two thirds of the current's is not what acts.
+    /// the position's and leaves nearly all of the current's is not what acts.
     pub fn explains_held_out(&self, limits: &Limits) -> bool {
         let is_little = self.leaves_little_in_all(limits) && self.unexplained(limits).next().is_none();
         let was_quiet = self.gap_before <= ADEQUATE_GAP;
@@ -139,13 +139,13 @@ impl Evidence {
     }
 
     /// The signals for which alone the held-out runs are not explained: all together leave little.
-    pub fn deciding_signals(&self, limits: &Limits) -> Vec<OfSignal> {
+    pub fn deciding_signals(&self, limits: &Limits) -> Vec<SignalEvidence> {
         let decide = self.names_effects && self.gap_after > ADEQUATE_GAP && self.leaves_little_in_all(limits);
         self.unexplained(limits).filter(|_| decide).copied().collect()
     }
 
     /// The signals that are not explained: more than a small gap is left of them, and less than nine tenths of their gap's power is closed.
-    fn unexplained(&self, limits: &Limits) -> impl Iterator<Item = &OfSignal> {
+    fn unexplained(&self, limits: &Limits) -> impl Iterator<Item = &SignalEvidence> {
         let small = above_noise(limits.small_gap) * self.noise_power();
         self.signals.iter().filter(move |of| of.closed < LARGELY && above_noise(of.after) > small)
     }
@@ -258,7 +258,7 @@ mod tests {
     #[test]
     fn exact_one_signal_that_is_not_explained_is_enough() {
         let verdict = |after: f64, closed: f64, noise_is_measured: bool| {
-            let of = |signal, after, closed| OfSignal { signal, after, closed };
+            let of = |signal, after, closed| SignalEvidence { signal, after, closed };
             let signals = vec![of(Signal::Position, 1.0, 1.0), of(Signal::Current, after, closed)];
             Evidence { gap_after: 30.0, closed: 0.9991, signals, noise_is_measured, ..CLEAR }.verdict(&LIMITS)
         };
@@ -269,7 +269,7 @@ mod tests {
         assert_eq!([verdict(2.9, 0.0, true), verdict(3.1, 0.0, true)], [Verdict::Cause, Verdict::Unknown]);
         assert_eq!([verdict(8.9, 0.0, false), verdict(9.1, 0.0, false)], [Verdict::Cause, Verdict::Unknown]);
         let deciding = |gap_after: f64, closed: f64| {
-            let signals = vec![OfSignal { signal: Signal::Current, after: 60.0, closed: 0.4 }];
+            let signals = vec![SignalEvidence { signal: Signal::Current, after: 60.0, closed: 0.4 }];
             Evidence { gap_after, closed, signals, ..CLEAR }.deciding_signals(&LIMITS).len()
         };
         assert_eq!([deciding(30.0, 0.9991), deciding(300.0, 0.91), deciding(1.2, 1.0)], [1, 0, 0]);

@@ -323,7 +323,7 @@ impl<'a> Ready<'a> {
         })
     }
 
-    /// Takes the chosen explanation as uncertain as it is; the fits without each training run.
+    /// Gives the chosen explanation the standard errors and the covariance that the report states; returns its fits without each training run.
     fn widen_errors(&self, found: &mut Found) -> Result<Folds> {
         let known = found.uncertainties.remove(&found.chosen);
         let fit = &mut found.candidates[found.chosen].fit;

@@ -1,7 +1,7 @@
 //! What an explanation comes to.
 
 use super::candidate::Candidate;
-use super::decide::{Evidence, OfSignal};
+use super::decide::{Evidence, SignalEvidence};
 use super::evidence::{Score, closed};
 use super::found::Found;
 use super::hypothesis::{EffectSet, with_modified};
@@ -18,14 +18,14 @@ impl Found {
     }
 
     /// What a candidate comes to for each signal, beside the twin as it is or calibrated: the one that leaves less in all.
-    fn by_signal(&self, index: usize, before: &Score) -> Vec<OfSignal> {
+    fn by_signal(&self, index: usize, before: &Score) -> Vec<SignalEvidence> {
         let [calibrated, after] = [0, index].map(|k| &self.candidates[k].predictive.score);
         let base = if calibrated.mean_square() < before.mean_square() { calibrated } else { before };
         let base = base.by_signal();
         let of = |(signal, left): (Signal, f64)| {
             let begun = base.iter().find(|(other, _)| *other == signal).map_or(0.0, |(_, level)| level - 1.0);
             let closed = if begun > 0.0 { 1.0 - (left - 1.0).max(0.0) / begun } else { 0.0 };
-            OfSignal { signal, after: left.sqrt(), closed }
+            SignalEvidence { signal, after: left.sqrt(), closed }
         };
         after.by_signal().into_iter().map(of).collect()
     }
