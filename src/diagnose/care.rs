@@ -8,9 +8,9 @@ const MOST_ITERATIONS: usize = 60;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
 pub(super) const ROUGH_ITERATIONS: usize = 8;
 /// Relative fall of the sum of squares below which a rough fit has arrived.
-const ROUGHLY_ARRIVED: f64 = 3e-3;
-/// Fall of the weighted sum of squares below which a fit has arrived: its numbers are within a tenth of the standard error that white residuals
-/// would give them, and likelihoods within 0.005 nats.
+pub(super) const ROUGHLY_ARRIVED: f64 = 3e-3;
+/// Fall of the weighted sum of squares below which a fit has arrived, where residuals are white: its numbers are within a tenth of their standard error.
+/// Residuals that are autocorrelated and uneven multiply it (see [`inflation`](super::sandwich::inflation)).
 pub(super) const ARRIVED: f64 = 0.01;
 
 /// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.
@@ -47,14 +47,6 @@ impl<'a> Care<'a> {
         match self {
             Self::Rough(_) => ROUGH_ITERATIONS,
             Self::Thorough => MOST_ITERATIONS,
-        }
-    }
-
-    /// Fall of a weighted sum of squares below which a fit has arrived.
-    pub(super) fn arrived(self, squares: f64) -> f64 {
-        match self {
-            Self::Rough(_) => ROUGHLY_ARRIVED * squares,
-            Self::Thorough => ARRIVED,
         }
     }
 

@@ -1,9 +1,10 @@
 //! Levenberg–Marquardt between bounds: from a start to where a hypothesis fits best.
 
 use super::bounded;
-use super::care::{Care, ROUGH_ITERATIONS};
+use super::care::{ARRIVED, Care, ROUGH_ITERATIONS, ROUGHLY_ARRIVED};
 use super::free::Free;
 use super::objective::{Objective, Undescribed};
+use super::sandwich::inflation;
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector};
 
@@ -64,14 +65,19 @@ pub(super) fn descend(
         let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
         let model = Model { free, values: &values, normal, gradient };
-        let fall = model.step(SMALLEST_DAMPING).map(|step| model.fall(&step));
-        let little = care.arrived(cost);
-        if fall.is_some_and(|fall| fall <= little) {
+        let here = Here { residuals: &residuals, jacobian: &jacobian, weights: &weights, iteration };
+        let step = model.step(SMALLEST_DAMPING);
+        let little = match care {
+            Care::Rough(_) => ROUGHLY_ARRIVED * cost,
+            Care::Thorough => {
+                ARRIVED * step.as_ref().map_or(1.0, |step| here.inflation(objective, &model, step))
+            }
+        };
+        if step.is_some_and(|step| model.fall(&step) <= little) {
             last = Some(jacobian);
             break;
         }
         let begun = damping;
-        let here = Here { residuals: &residuals, jacobian: &jacobian, weights: &weights, iteration };
         let tried = |values: &[f64]| {
             let there = objective.residuals(values)?;
             let fall = cost - objective.cost(&there, &weights, values);
@@ -115,6 +121,20 @@ const MOST_CORRECTION: f64 = 0.375;
 const CORRECTIONS: usize = 4;
 
 impl Here<'_> {
+    /// By how much residuals that are autocorrelated and uneven make the variance of the numbers larger along a step than white ones would.
+    fn inflation(&self, objective: &Objective, model: &Model, step: &DVector<f64>) -> f64 {
+        let (prior, _) = objective.hypothesis.prior(model.values);
+        let prior = step.component_mul(step).dot(&prior);
+        let white = step.dot(&(&model.normal * step));
+        inflation(
+            objective,
+            &(self.jacobian * step),
+            &self.weights.component_mul(self.residuals),
+            white,
+            prior,
+        )
+    }
+
     /// The first step that falls, ever more damped; none where not even a short one does. `tried` gives the residuals at some values, and by how
     /// much the cost falls on the way there.
     fn next(

@@ -1,11 +1,12 @@
 //! Bounded least squares of a hypothesis on training runs.
 
 pub use super::care::{Care, Sensitivities};
-use super::descent::{Arrived, descend};
+use super::descent::Arrived;
 use super::experiment::Training;
 use super::free::{Free, Freedom};
 use super::half_pitch::halved;
 use super::hypothesis::{EffectSet, Hypothesis};
+use super::long_steps::descend_from;
 use super::noise::Floor;
 use super::objective::Objective;
 use super::parameter::NORMAL_975;
@@ -174,7 +175,7 @@ pub fn fit(
     };
     let mut all: Vec<Arrived> = raced(&objective, starts.building, care)?.into_iter().collect();
     for start in starts.replacing {
-        all.push(descend(&objective, start, care, care.iterations())?);
+        all.push(descend_from(&objective, start, care, care.iterations())?);
     }
     let arrived = match best(&objective, all) {
         Some(arrived) => arrived,
@@ -183,7 +184,7 @@ pub fn fit(
     let fit = finish(&objective, arrived, care)?;
     match halved(hypothesis, &fit.values, &fit.covariance).filter(|_| matches!(care, Care::Thorough)) {
         Some(values) => {
-            let arrived = descend(&objective, inside(hypothesis, &values), care, care.iterations())?;
+            let arrived = descend_from(&objective, inside(hypothesis, &values), care, care.iterations())?;
             let half = finish(&objective, arrived, care)?;
             let is_as_good = half.size <= fit.size + ALIKE && half.shown.is_superset(&fit.shown);
             Ok(if is_as_good { half } else { fit })
@@ -206,11 +207,11 @@ const REPLACING: usize = 3;
 fn raced(objective: &Objective, starts: Vec<Vec<f64>>, care: Care) -> Result<Option<Arrived>> {
     let is_race = starts.len() > 1 && matches!(care, Care::Rough(_));
     let steps = if is_race { RACED } else { care.iterations() };
-    let all = starts.into_iter().map(|start| descend(objective, start, care, steps));
+    let all = starts.into_iter().map(|start| descend_from(objective, start, care, steps));
     let leader = best(objective, all.collect::<Result<Vec<Arrived>>>()?);
     match leader {
         Some(leader) if is_race && leader.jacobian.is_none() => {
-            descend(objective, leader.values, care, care.iterations() - RACED).map(Some)
+            descend_from(objective, leader.values, care, care.iterations() - RACED).map(Some)
         }
         leader => Ok(leader),
     }

@@ -40,6 +40,7 @@ mod json;
 mod line_search;
 mod linearised;
 mod locate;
+mod long_steps;
 mod measured;
 mod mode_search;
 pub mod motion;

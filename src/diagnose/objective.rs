@@ -45,6 +45,8 @@ pub struct Objective<'a> {
     pub(super) stride: usize,
     /// Longest step of the plant in s.
     pub(super) longest_step_s: f64,
+    /// What is added to the residuals of these steps.
+    pub(super) defect: Option<&'a DVector<f64>>,
 }
 
 impl<'a> Objective<'a> {
@@ -55,7 +57,15 @@ impl<'a> Objective<'a> {
         experiments: &'a [Experiment],
         floor: &'a Floor,
     ) -> Self {
-        Self { machine, hypothesis, experiments, floor, stride: 1, longest_step_s: LONGEST_STEP_S }
+        Self {
+            machine,
+            hypothesis,
+            experiments,
+            floor,
+            stride: 1,
+            longest_step_s: LONGEST_STEP_S,
+            defect: None,
+        }
     }
 
     /// The same objective on samples thinned, and in steps lengthened, for a fit of this care.
@@ -149,7 +159,11 @@ impl<'a> Objective<'a> {
         let of = |k: usize| {
             let mut all = Vec::with_capacity(runs.iter().map(|run| run[k].len()).sum());
             runs.iter().for_each(|run| all.extend(run[k].iter().copied().map(finite)));
-            DVector::from_vec(all)
+            let residuals = DVector::from_vec(all);
+            match self.defect {
+                Some(defect) => residuals + defect,
+                None => residuals,
+            }
         };
         Ok((0..count).map(of).collect())
     }

@@ -27,6 +27,27 @@ pub(super) fn scatter(objective: &Objective, jacobian: &DMatrix<f64>, pulls: &DV
     scatter
 }
 
+/// By how much residuals that are autocorrelated and uneven make the variance of the numbers larger along a step than white ones would; at least 1.
+/// `change` is what the step changes of the residuals to first order, J·s, and `pulls` is W·r; `white` is the step's square in the metric of the normal
+/// matrix, and `prior` that in the prior's alone.
+pub(super) fn inflation(
+    objective: &Objective,
+    change: &DVector<f64>,
+    pulls: &DVector<f64>,
+    white: f64,
+    prior: f64,
+) -> f64 {
+    ((scatter_along(&blocks(objective), change, pulls) + prior) / white).max(1.0)
+}
+
+/// Sum over blocks of the squares of what each adds to the gradient along a step.
+fn scatter_along(blocks: &[Vec<Range<usize>>], change: &DVector<f64>, pulls: &DVector<f64>) -> f64 {
+    let product = |Range { start, end }: &Range<usize>| {
+        change.rows_range(*start..*end).dot(&pulls.rows_range(*start..*end))
+    };
+    blocks.iter().map(|block| block.iter().map(product).sum::<f64>().powi(2)).sum()
+}
+
 /// Rows of each block: the same stretch of time in every signal of a run.
 fn blocks(objective: &Objective) -> Vec<Vec<Range<usize>>> {
     let total: usize = objective.experiments.iter().map(|e| objective.rows(e)).sum();
@@ -83,6 +104,19 @@ mod tests {
             assert!((inverse[place] / expected - 1.0).abs() < 1e-9, "{place:?}: {}", inverse[place]);
         }
         assert_eq!(inverse[(2, 2)], 0.0);
+    }
+
+    /// Residuals of ±1 that keep their sign for m samples have m times the scatter of ones that change it at random: n for n samples of those.
+    #[test]
+    fn exact_autocorrelation_multiplies_the_scatter() {
+        let (count, kept) = (1200, 30);
+        let block = |b: usize| std::iter::once(b * kept..(b + 1) * kept).collect();
+        let blocks: Vec<Vec<Range<usize>>> = (0..count / kept).map(block).collect();
+        let change = DVector::from_element(count, 1.0);
+        let held = DVector::from_fn(count, |k, _| if (k / kept) % 2 == 0 { 1.0 } else { -1.0 });
+        assert_eq!(scatter_along(&blocks, &change, &held), (count * kept) as f64);
+        let alternating = DVector::from_fn(count, |k, _| if k % 2 == 0 { 1.0 } else { -1.0 });
+        assert_eq!(scatter_along(&blocks, &change, &alternating), 0.0);
     }
 
     /// A hypothesis without numbers, and one whose numbers do nothing, have nothing to invert.

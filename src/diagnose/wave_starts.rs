@@ -1,12 +1,11 @@
 //! Where fits of what repeats along the axis or in time begin, and those of a mode, from what the replays of a fit leave.
 
-use super::care::Sensitivities;
+use super::care::{Care, Sensitivities};
 use super::estimate::{Screen, reading, vibration};
 use super::fine_pitch::periods;
 use super::fit::Fit;
 use super::line_search::vibrations;
 use super::mode_search::modes;
-use super::objective::Objective;
 use super::pitch_search::{About, Family, PitchSearch, Travel};
 use super::proposals::{Proposals, members};
 use super::selection::Search;
@@ -66,7 +65,7 @@ impl Search<'_> {
         sensitivities: &Sensitivities,
         screen: &Screen,
     ) -> Result<()> {
-        let objective = Objective { stride: sensitivities.stride, ..self.objective(&fit.hypothesis) };
+        let objective = self.objective(&fit.hypothesis).for_care(Care::Rough(sensitivities));
         let effects = &fit.hypothesis.effects;
         let stated = &self.machine.description().effect;
         for family in families(screen) {
@@ -149,7 +148,7 @@ impl Search<'_> {
         if is_stated || proposals.get(EffectId::FlexibleMode).is_none() {
             return Ok(());
         }
-        let objective = Objective { stride: sensitivities.stride, ..self.objective(&fit.hypothesis) };
+        let objective = self.objective(&fit.hypothesis).for_care(Care::Rough(sensitivities));
         let starts = modes(&objective, fit, sensitivities, screen.moving_mass(), MODES)?;
         proposals.add(EffectId::FlexibleMode, starts, Vec::new());
         Ok(())
