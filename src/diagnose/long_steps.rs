@@ -61,13 +61,15 @@ mod tests {
     /// A machine whose control period is several steps of the plant long.
     fn slow() -> Machine {
         let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
+        let mut folders: Vec<_> =
+            std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
+        folders.sort();
         let is_slow = |machine: &Machine| {
             let description = machine.description();
             let is_long = description.sample_period_s > 3.0 * LONGEST_STEP_S;
             is_long && description.controller.is_some() && machine.motion() == Motion::Prismatic
         };
-        folders.filter_map(|folder| Machine::read(&folder).ok()).find(is_slow).unwrap()
+        folders.iter().filter_map(|folder| Machine::read(folder).ok()).find(is_slow).unwrap()
     }
 
     /// The long steps alone end beside the bristles' stiffness and the friction that made a run; the fine ones after them end there.
