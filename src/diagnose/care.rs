@@ -7,10 +7,10 @@ use nalgebra::{DMatrix, DVector};
 const MOST_ITERATIONS: usize = 60;
 /// Iterations of a fit that only has to show whether a hypothesis matters.
 pub(super) const ROUGH_ITERATIONS: usize = 8;
-/// Relative fall of the sum of squares below which a rough fit has arrived.
+/// Relative fall of the sum of squares below which a rough fit has arrived: a choice of cost, rough fits are told apart by factors of two.
 pub(super) const ROUGHLY_ARRIVED: f64 = 3e-3;
 /// Fall of the weighted sum of squares below which a fit has arrived, where residuals are white: its numbers are within a tenth of their standard error.
-/// Residuals that are autocorrelated and uneven multiply it (see [`inflation`](super::sandwich::inflation)).
+/// Residuals that are autocorrelated and uneven multiply it by what they make of that variance along the step.
 pub(super) const ARRIVED: f64 = 0.01;
 
 /// Sensitivities of a fitted hypothesis, to be used again by hypotheses that build on it.

@@ -4,7 +4,7 @@ use super::bounded;
 use super::care::{ARRIVED, Care, ROUGH_ITERATIONS, ROUGHLY_ARRIVED};
 use super::free::Free;
 use super::objective::{Objective, Undescribed};
-use super::sandwich::inflation;
+use super::sandwich::scatter;
 use crate::error::Result;
 use nalgebra::{DMatrix, DVector};
 
@@ -121,18 +121,13 @@ const MOST_CORRECTION: f64 = 0.375;
 const CORRECTIONS: usize = 4;
 
 impl Here<'_> {
-    /// By how much residuals that are autocorrelated and uneven make the variance of the numbers larger along a step than white ones would.
+    /// Ratio of the variance that autocorrelated and uneven residuals give the numbers along a step s to that of white ones, `sᵀ(B + P)s / sᵀHs`; at
+    /// least 1. B is the scatter of the gradient, H the normal matrix, P the prior's part of it.
     fn inflation(&self, objective: &Objective, model: &Model, step: &DVector<f64>) -> f64 {
         let (prior, _) = objective.hypothesis.prior(model.values);
-        let prior = step.component_mul(step).dot(&prior);
-        let white = step.dot(&(&model.normal * step));
-        inflation(
-            objective,
-            &(self.jacobian * step),
-            &self.weights.component_mul(self.residuals),
-            white,
-            prior,
-        )
+        let scatter = scatter(objective, self.jacobian, &self.weights.component_mul(self.residuals));
+        let robust = scatter + DMatrix::from_diagonal(&prior);
+        (step.dot(&(robust * step)) / step.dot(&(&model.normal * step))).max(1.0)
     }
 
     /// The first step that falls, ever more damped; none where not even a short one does. `tried` gives the residuals at some values, and by how

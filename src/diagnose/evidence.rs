@@ -318,9 +318,8 @@ pub fn closed(before: &Score, after: &Score) -> Closed {
         return Closed { value: 0.0, ci95: (0.0, 0.0) };
     }
     let share = |weights: Option<&[f64]>| {
-        let excess = before.mean_square_of(weights) - 1.0;
-        // Below the floor there is nothing left to close: noise was stated a little too large.
-        if excess > 0.0 { (1.0 - (after.mean_square_of(weights) - 1.0) / excess).min(1.0) } else { 0.0 }
+        let [before, after] = [before, after].map(|score| score.mean_square_of(weights));
+        closed_power(before, after)
     };
     let mut draws: Vec<f64> = bootstrap(before.blocks(), DRAWS).iter().map(|w| share(Some(w))).collect();
     draws.sort_by(f64::total_cmp);
@@ -330,6 +329,13 @@ pub fn closed(before: &Score, after: &Score) -> Closed {
     };
     let value = share(None);
     Closed { value, ci95: (at(0.025).min(value), at(0.975).max(value)) }
+}
+
+/// Share of a gap's power that is closed, from the mean squares before and after; zero where nothing was open.
+pub(super) fn closed_power(before: f64, after: f64) -> f64 {
+    let excess = before - 1.0;
+    // Below the floor there is nothing left to close: noise was stated a little too large.
+    if excess > 0.0 { (1.0 - (after - 1.0) / excess).min(1.0) } else { 0.0 }
 }
 
 /// Weights of the blocks in each draw: how often a draw with replacement takes each.

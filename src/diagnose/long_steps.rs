@@ -5,8 +5,8 @@ use super::descent::{Arrived, descend};
 use super::objective::Objective;
 use crate::error::Result;
 
-/// Descends from a start as [`descend`] does. A fit to the end goes first in the longest steps of the plant that leave its residuals as they are within the
-/// share of a rough fit, and from where that ends in the fine ones.
+/// Descends from a start as [`descend`] does. A fit to the end goes first in the longest steps of the plant that change its residuals little
+/// ([`Objective::lengthened`]), and from where that ends in the fine ones.
 ///
 /// # Model
 /// `r_long(θ) + d`, with `d = r_fine(θ₀) − r_long(θ₀)` from the start θ₀, is what the fit in long steps minimises (defect correction): only what the
@@ -56,8 +56,6 @@ mod tests {
     use crate::units::Motion;
     use std::path::Path;
 
-    const TRUTH: [f64; 2] = [60.0, 4e7];
-
     /// A machine whose control period is several steps of the plant long.
     fn slow() -> Machine {
         let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
@@ -86,7 +84,8 @@ mod tests {
         // Of a sensor that is a hundred times finer the error of the long steps shows.
         let noise_m = slow().description().encoder.noise_m;
         let stated = slow().with_settings([("encoder.noise_m", toml::Value::Float(0.01 * noise_m))]).unwrap();
-        let real = hypothesis.machine(&stated, &TRUTH).unwrap();
+        let truth = [60.0, 4e7];
+        let real = hypothesis.machine(&stated, &truth).unwrap();
         // From rest to and fro, twice.
         let period_s = stated.description().sample_period_s;
         let wave = |t: f64| if t < 0.2 { 0.0 } else { 1e-3 * (1.0 - (5.0 * (t - 0.2)).cos()) };
@@ -96,7 +95,7 @@ mod tests {
             [Experiment::new(&recorded("run", &stated, &reference, traces).unwrap(), &stated).unwrap()];
         let floor = Floor::estimate(&stated, &[&runs[0]]).unwrap();
         let objective = Objective::new(&stated, &hypothesis, &runs, &floor);
-        let off = |values: &[f64]| (values[0] / TRUTH[0] - 1.0).abs().max((values[1] / TRUTH[1] - 1.0).abs());
+        let off = |values: &[f64]| (values[0] / truth[0] - 1.0).abs().max((values[1] / truth[1] - 1.0).abs());
         let start = vec![58.0, 1e7];
         let long = descended_in_long_steps(&objective, start.clone(), 60).unwrap();
         let fine = descend_from(&objective, start, Care::Thorough, 60).unwrap().values;

@@ -45,7 +45,7 @@ pub struct Objective<'a> {
     pub(super) stride: usize,
     /// Longest step of the plant in s.
     pub(super) longest_step_s: f64,
-    /// What is added to the residuals of these steps.
+    /// What is added to the residuals of these steps: those in finer steps less these, at one place (defect correction).
     pub(super) defect: Option<&'a DVector<f64>>,
 }
 

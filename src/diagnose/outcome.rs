@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::decide::{Evidence, SignalEvidence};
-use super::evidence::{Score, closed};
+use super::evidence::{Score, closed, closed_power};
 use super::found::Found;
 use super::hypothesis::{EffectSet, with_modified};
 use crate::effect::EffectId;
@@ -23,8 +23,8 @@ impl Found {
         let base = if calibrated.mean_square() < before.mean_square() { calibrated } else { before };
         let base = base.by_signal();
         let of = |(signal, left): (Signal, f64)| {
-            let begun = base.iter().find(|(other, _)| *other == signal).map_or(0.0, |(_, level)| level - 1.0);
-            let closed = if begun > 0.0 { 1.0 - (left - 1.0).max(0.0) / begun } else { 0.0 };
+            let begun = base.iter().find(|(other, _)| *other == signal);
+            let closed = begun.map_or(0.0, |(_, begun)| closed_power(*begun, left));
             SignalEvidence { signal, after: left.sqrt(), closed }
         };
         after.by_signal().into_iter().map(of).collect()

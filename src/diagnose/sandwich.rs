@@ -15,9 +15,13 @@ const ROUNDING: f64 = 1e-14;
 /// # Source
 /// H. White (1980), *A heteroskedasticity-consistent covariance matrix estimator*, Econometrica 48:817; sums over blocks as for clustered samples.
 pub(super) fn scatter(objective: &Objective, jacobian: &DMatrix<f64>, pulls: &DVector<f64>) -> DMatrix<f64> {
+    scatter_over(&blocks(objective), jacobian, pulls)
+}
+
+fn scatter_over(blocks: &[Vec<Range<usize>>], jacobian: &DMatrix<f64>, pulls: &DVector<f64>) -> DMatrix<f64> {
     let count = jacobian.ncols();
     let mut scatter = DMatrix::zeros(count, count);
-    for block in blocks(objective) {
+    for block in blocks {
         let product = |k: usize, Range { start, end }: &Range<usize>| {
             jacobian.column(k).rows_range(*start..*end).dot(&pulls.rows_range(*start..*end))
         };
@@ -25,27 +29,6 @@ pub(super) fn scatter(objective: &Objective, jacobian: &DMatrix<f64>, pulls: &DV
         scatter.ger(1.0, &gradient, &gradient, 1.0);
     }
     scatter
-}
-
-/// By how much residuals that are autocorrelated and uneven make the variance of the numbers larger along a step than white ones would; at least 1.
-/// `change` is what the step changes of the residuals to first order, J·s, and `pulls` is W·r; `white` is the step's square in the metric of the normal
-/// matrix, and `prior` that in the prior's alone.
-pub(super) fn inflation(
-    objective: &Objective,
-    change: &DVector<f64>,
-    pulls: &DVector<f64>,
-    white: f64,
-    prior: f64,
-) -> f64 {
-    ((scatter_along(&blocks(objective), change, pulls) + prior) / white).max(1.0)
-}
-
-/// Sum over blocks of the squares of what each adds to the gradient along a step.
-fn scatter_along(blocks: &[Vec<Range<usize>>], change: &DVector<f64>, pulls: &DVector<f64>) -> f64 {
-    let product = |Range { start, end }: &Range<usize>| {
-        change.rows_range(*start..*end).dot(&pulls.rows_range(*start..*end))
-    };
-    blocks.iter().map(|block| block.iter().map(product).sum::<f64>().powi(2)).sum()
 }
 
 /// Rows of each block: the same stretch of time in every signal of a run.
@@ -106,17 +89,19 @@ mod tests {
         assert_eq!(inverse[(2, 2)], 0.0);
     }
 
-    /// Residuals of ±1 that keep their sign for m samples have m times the scatter of ones that change it at random: n for n samples of those.
+    /// Of 1200 residuals of ±1 the scatter is 1200 where their signs are independent; those that keep their sign for 30 samples have 30 times that, and
+    /// alternating ones none.
     #[test]
     fn exact_autocorrelation_multiplies_the_scatter() {
         let (count, kept) = (1200, 30);
         let block = |b: usize| std::iter::once(b * kept..(b + 1) * kept).collect();
         let blocks: Vec<Vec<Range<usize>>> = (0..count / kept).map(block).collect();
-        let change = DVector::from_element(count, 1.0);
-        let held = DVector::from_fn(count, |k, _| if (k / kept) % 2 == 0 { 1.0 } else { -1.0 });
-        assert_eq!(scatter_along(&blocks, &change, &held), (count * kept) as f64);
-        let alternating = DVector::from_fn(count, |k, _| if k % 2 == 0 { 1.0 } else { -1.0 });
-        assert_eq!(scatter_along(&blocks, &change, &alternating), 0.0);
+        let of = |sign: &dyn Fn(usize) -> bool| {
+            let pulls = DVector::from_fn(count, |k, _| if sign(k) { 1.0 } else { -1.0 });
+            scatter_over(&blocks, &DMatrix::from_element(count, 1, 1.0), &pulls)[(0, 0)]
+        };
+        assert_eq!(of(&|k| (k / kept) % 2 == 0), (count * kept) as f64);
+        assert_eq!(of(&|k| k % 2 == 0), 0.0);
     }
 
     /// A hypothesis without numbers, and one whose numbers do nothing, have nothing to invert.
