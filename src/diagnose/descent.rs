@@ -24,49 +24,32 @@ const MORE_DAMPING: f64 = 20.0;
 /// Smallest element of the diagonal that damps: a parameter that the data do not determine stays where it is.
 const SMALLEST_DIAGONAL: f64 = 1e-12;
 
-/// Where a descent begins or ends.
-pub(super) struct Point {
+/// Where a descent ended.
+pub(super) struct Arrived {
     pub(super) values: Vec<f64>,
     /// The residuals there.
     pub(super) residuals: DVector<f64>,
-    /// Their derivatives, where they are known.
+    /// Their derivatives, where the last step took them there.
     pub(super) jacobian: Option<DMatrix<f64>>,
 }
 
-impl Point {
-    /// The point with these values.
-    ///
-    /// # Errors
-    /// A setting of a run that the machine does not have.
-    pub(super) fn of(objective: &Objective, values: Vec<f64>) -> Result<Self> {
-        let residuals = objective.residuals(&values)?;
-        Ok(Self { values, residuals, jacobian: None })
-    }
-
-    /// The point with the derivatives there.
-    ///
-    /// # Errors
-    /// A setting of a run that the machine does not have.
-    pub(super) fn derived(mut self, objective: &Objective, care: Care) -> Result<Self> {
-        if self.jacobian.is_none() {
-            self.jacobian = Some(objective.jacobian(&self.values, &self.residuals, care.known())?);
-        }
-        Ok(self)
-    }
-}
-
-/// Descends from a point until a step falls no further, at most so many steps. Derivatives that the point brings along tell only whether it has arrived already; steps
-/// are taken by those of this objective.
+/// Descends from a start until a step falls no further, at most so many steps.
 ///
 /// # Errors
 /// A setting of a run that the machine does not have.
-pub(super) fn descend(objective: &Objective, begun: Point, care: Care, iterations: usize) -> Result<Point> {
+pub(super) fn descend(
+    objective: &Objective,
+    mut values: Vec<f64>,
+    care: Care,
+    iterations: usize,
+) -> Result<Arrived> {
     let free = &objective.hypothesis.free;
-    let Point { mut values, mut residuals, jacobian: mut last } = begun;
+    let mut residuals = objective.residuals(&values)?;
     let mut damping = FIRST_DAMPING;
     if free.is_empty() {
-        return Ok(Point { values, residuals, jacobian: None });
+        return Ok(Arrived { values, residuals, jacobian: None });
     }
+    let mut last = None;
     let mut undescribed = Undescribed::new();
     for iteration in 0..iterations {
         let latest = objective.undescribed(&residuals);
@@ -79,12 +62,7 @@ pub(super) fn descend(objective: &Objective, begun: Point, care: Care, iteration
         undescribed = latest.into_iter().map(held).collect();
         let weights = objective.weights_beside(&undescribed, &residuals);
         let cost = objective.cost(&residuals, &weights, &values);
-        let brought = last.take();
-        let is_brought = brought.is_some();
-        let jacobian = match brought {
-            Some(jacobian) => jacobian,
-            None => objective.jacobian(&values, &residuals, care.known())?,
-        };
+        let jacobian = objective.jacobian(&values, &residuals, care.known())?;
         let (normal, gradient) = objective.normal(&jacobian, &residuals, &weights, &values);
         let model = Model { free, values: &values, normal, gradient };
         let here = Here { residuals: &residuals, jacobian: &jacobian, weights: &weights, iteration };
@@ -98,9 +76,6 @@ pub(super) fn descend(objective: &Objective, begun: Point, care: Care, iteration
         if step.is_some_and(|step| model.fall(&step) <= little) {
             last = Some(jacobian);
             break;
-        }
-        if is_brought {
-            continue;
         }
         let begun = damping;
         let tried = |values: &[f64]| {
@@ -121,7 +96,7 @@ pub(super) fn descend(objective: &Objective, begun: Point, care: Care, iteration
         }
         damping = if arrived { SMALLEST_DAMPING } else { (damping * LESS_DAMPING).max(SMALLEST_DAMPING) };
     }
-    Ok(Point { values, residuals, jacobian: last })
+    Ok(Arrived { values, residuals, jacobian: last })
 }
 
 /// Where a step is taken from.

@@ -271,11 +271,7 @@ fn of(list: &[(Channel, f64)], channel: Channel) -> Option<f64> {
     list.iter().find(|(c, _)| *c == channel).map(|(_, value)| *value)
 }
 
-/// What a machine predicts of each run.
-///
-/// # Errors
-/// A setting of a run that the machine does not have.
-pub(super) fn predictions(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Traces>> {
+fn predictions(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Traces>> {
     experiments.par_iter().map(|experiment| experiment.predict(machine, Sensing::Perfect)).collect()
 }
 

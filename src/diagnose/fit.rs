@@ -1,7 +1,7 @@
 //! Bounded least squares of a hypothesis on training runs.
 
 pub use super::care::{Care, Sensitivities};
-use super::descent::Point;
+use super::descent::Arrived;
 use super::experiment::Training;
 use super::free::{Free, Freedom};
 use super::half_pitch::halved;
@@ -173,13 +173,13 @@ pub fn fit(
         Some(values) => Starts { building: vec![inside(hypothesis, values)], replacing: Vec::new() },
         None => promising(&objective, care)?,
     };
-    let mut all: Vec<Point> = raced(&objective, starts.building, care)?.into_iter().collect();
+    let mut all: Vec<Arrived> = raced(&objective, starts.building, care)?.into_iter().collect();
     for start in starts.replacing {
         all.push(descend_from(&objective, start, care, care.iterations())?);
     }
     let arrived = match best(&objective, all) {
         Some(arrived) => arrived,
-        None => Point::of(&objective, Vec::new())?,
+        None => Arrived { values: Vec::new(), residuals: objective.residuals(&[])?, jacobian: None },
     };
     let fit = finish(&objective, arrived, care)?;
     match halved(hypothesis, &fit.values, &fit.covariance).filter(|_| matches!(care, Care::Thorough)) {
@@ -204,11 +204,11 @@ const RACED: usize = 2;
 const REPLACING: usize = 3;
 
 /// Where the best of these starts leads, that goes on by itself after a few steps of a rough fit; none of none.
-fn raced(objective: &Objective, starts: Vec<Vec<f64>>, care: Care) -> Result<Option<Point>> {
+fn raced(objective: &Objective, starts: Vec<Vec<f64>>, care: Care) -> Result<Option<Arrived>> {
     let is_race = starts.len() > 1 && matches!(care, Care::Rough(_));
     let steps = if is_race { RACED } else { care.iterations() };
     let all = starts.into_iter().map(|start| descend_from(objective, start, care, steps));
-    let leader = best(objective, all.collect::<Result<Vec<Point>>>()?);
+    let leader = best(objective, all.collect::<Result<Vec<Arrived>>>()?);
     match leader {
         Some(leader) if is_race && leader.jacobian.is_none() => {
             descend_from(objective, leader.values, care, care.iterations() - RACED).map(Some)
@@ -218,7 +218,7 @@ fn raced(objective: &Objective, starts: Vec<Vec<f64>>, care: Care) -> Result<Opt
 }
 
 /// The one that leaves least, the first one of equals.
-fn best(objective: &Objective, all: Vec<Point>) -> Option<Point> {
+fn best(objective: &Objective, all: Vec<Arrived>) -> Option<Arrived> {
     let sized = all.into_iter().map(|arrived| (objective.size(&arrived.residuals), arrived));
     sized.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, arrived)| arrived)
 }
@@ -269,8 +269,8 @@ pub(super) fn inside(hypothesis: &Hypothesis, values: &[f64]) -> Vec<f64> {
     hypothesis.free.iter().zip(values).map(|(free, v)| v.clamp(free.range.0, free.range.1)).collect()
 }
 
-fn finish(objective: &Objective, arrived: Point, care: Care) -> Result<Fit> {
-    let Point { values, residuals, jacobian } = arrived;
+fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
+    let Arrived { values, residuals, jacobian } = arrived;
     let jacobian = match jacobian {
         Some(jacobian) => jacobian,
         None => objective.jacobian(&values, &residuals, care.known())?,

@@ -47,19 +47,22 @@ impl Floors {
         self.own.as_ref().filter(|(effect, _)| effects.contains(effect)).map(|(_, floor)| floor)
     }
 
-    /// Scores the twin of a fit by the floor of its effects that make noise; none where it has none, and where it explains no noise.
+    /// Scores the twin of a fit; tells whether by a floor of its own.
     ///
     /// A twin that makes noise differs by that much from a machine that makes none as well: whether the machine makes it shows in
     /// what the twin without it leaves, of every signal as of any other noise that is stated.
     ///
     /// # Errors
     /// A setting of a run that the machine does not have.
-    pub fn own_score(&self, machine: &Machine, fit: &Fit, runs: &HeldOut) -> Result<Option<Score>> {
-        let Some(own) = self.own(&fit.hypothesis.effects) else { return Ok(None) };
-        let quiet = Score::of(&without_noise(machine, fit)?, runs, own)?;
-        let explains_noise = STATED_NOISE * quiet.quietest() >= 1.0;
-        let score = || Score::with_own_floor(&fit.machine(machine)?, runs, [own, &self.common]);
-        explains_noise.then(score).transpose()
+    pub fn score(&self, machine: &Machine, fit: &Fit, runs: &HeldOut) -> Result<(Score, bool)> {
+        let twin = fit.machine(machine)?;
+        if let Some(own) = self.own(&fit.hypothesis.effects) {
+            let quiet = Score::of(&without_noise(machine, fit)?, runs, own)?;
+            if STATED_NOISE * quiet.quietest() >= 1.0 {
+                return Ok((Score::with_own_floor(&twin, runs, [own, &self.common])?, true));
+            }
+        }
+        Ok((Score::of(&twin, runs, &self.common)?, false))
     }
 
     /// The gap that a fit leaves of the training runs; by the floor of its effects, where it is scored by that.

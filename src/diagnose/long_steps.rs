@@ -1,7 +1,7 @@
 //! Fits to the end that go most of their way in long steps of the plant.
 
 use super::care::Care;
-use super::descent::{Point, descend};
+use super::descent::{Arrived, descend};
 use super::objective::Objective;
 use crate::error::Result;
 
@@ -10,9 +10,7 @@ use crate::error::Result;
 ///
 /// # Model
 /// `r_long(θ) + d`, with `d = r_fine(θ₀) − r_long(θ₀)` from the start θ₀, is what the fit in long steps minimises (defect correction): only what the
-/// error of the steps *changes* on the way is left to the fine ones. Whether the fit has arrived is told by the residuals of those, with the derivatives of the long
-/// steps: where these differ by a share of a few per cent, as residuals may ([`Objective::lengthened`]), the end moves by that share of the standard errors, and a fit
-/// has arrived within a tenth of them. Further steps are taken by derivatives in the fine ones.
+/// error of the steps *changes* on the way is left to the fine ones. Where the fit ends is told by those alone; the long steps change how soon.
 ///
 /// # Errors
 /// A setting of a run that the machine does not have.
@@ -24,24 +22,21 @@ pub(super) fn descend_from(
     start: Vec<f64>,
     care: Care,
     iterations: usize,
-) -> Result<Point> {
-    let start = Point::of(objective, start)?;
-    let begun = match care {
+) -> Result<Arrived> {
+    let values = match care {
         Care::Rough(_) => start,
         Care::Thorough => descended_in_long_steps(objective, start, iterations)?,
     };
-    descend(objective, begun, care, iterations)
+    descend(objective, values, care, iterations)
 }
 
-/// Where the fit in long steps ends, with their derivatives there; the start where there are none.
-fn descended_in_long_steps(objective: &Objective, start: Point, iterations: usize) -> Result<Point> {
-    let Some((long, residuals)) = objective.lengthened(&start.values, &start.residuals)? else {
-        return Ok(start);
-    };
-    let defect = &start.residuals - residuals;
+/// Where the fit in long steps ends; the start where there are none.
+fn descended_in_long_steps(objective: &Objective, start: Vec<f64>, iterations: usize) -> Result<Vec<f64>> {
+    let fine = objective.residuals(&start)?;
+    let Some((long, residuals)) = objective.lengthened(&start, &fine)? else { return Ok(start) };
+    let defect = fine - residuals;
     let corrected = Objective { defect: Some(&defect), ..long };
-    let end = descend(&corrected, start, Care::Thorough, iterations)?.derived(&corrected, Care::Thorough)?;
-    Ok(Point { residuals: objective.residuals(&end.values)?, ..end })
+    Ok(descend(&corrected, start, Care::Thorough, iterations)?.values)
 }
 
 #[cfg(test)]
@@ -102,8 +97,7 @@ mod tests {
         let objective = Objective::new(&stated, &hypothesis, &runs, &floor);
         let off = |values: &[f64]| (values[0] / truth[0] - 1.0).abs().max((values[1] / truth[1] - 1.0).abs());
         let start = vec![58.0, 1e7];
-        let begun = Point::of(&objective, start.clone()).unwrap();
-        let long = descended_in_long_steps(&objective, begun, 60).unwrap().values;
+        let long = descended_in_long_steps(&objective, start.clone(), 60).unwrap();
         let fine = descend_from(&objective, start, Care::Thorough, 60).unwrap().values;
         assert!(off(&long) > 10.0 * off(&fine) && off(&fine) < 1e-4, "{long:?} {fine:?}");
     }

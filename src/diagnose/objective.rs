@@ -168,12 +168,6 @@ impl<'a> Objective<'a> {
         Ok((0..count).map(of).collect())
     }
 
-    /// Normalised residuals of what was predicted for each run.
-    pub(super) fn residuals_of_traces(&self, traces: &[Traces]) -> DVector<f64> {
-        let runs = self.experiments.iter().zip(traces);
-        DVector::from_vec(runs.flat_map(|(e, traces)| self.of_run(e, traces)).map(finite).collect())
-    }
-
     /// Normalised residuals of one run, signal after signal.
     fn of_run(&self, experiment: &Experiment, predicted: &Traces) -> Vec<f64> {
         let of = |&signal: &Signal| self.floor.normalised_every(experiment, signal, predicted, self.stride);

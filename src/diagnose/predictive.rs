@@ -1,6 +1,6 @@
 //! How well a hypothesis predicts the held-out runs where its numbers are as uncertain as the training runs leave them.
 
-use super::evidence::{Score, predictions};
+use super::evidence::Score;
 use super::experiment::HeldOut;
 use super::fit::{Fit, inside};
 use super::noise::Floor;
@@ -34,7 +34,7 @@ const MOST_PLACES: usize = 6;
 /// Log-likelihood by which a replay may leave more than the linear form says, and that another place must gain, in nats: less than chance makes.
 const A_NAT: f64 = 1.0;
 
-/// The score of a fit, and the posterior-predictive one.
+/// The posterior-predictive score of a fit; `score` is that of its values.
 ///
 /// # Model
 /// A fit is not a number but a distribution N(θ̂, C), so that of two hypotheses the one whose numbers the training runs hardly tell must not be
@@ -47,7 +47,7 @@ const A_NAT: f64 = 1.0;
 /// the integral over θ of a Gaussian likelihood. W is 1/(v·τ·m) a sample: v the mean square of the signal's own r', at least that of its noise, τ its lag-summed
 /// autocorrelation and m the number of signals, as in [`Score::log_likelihoods`]. The squares are those of a replay at θ̂ + Δ, not of the linear
 /// prediction. From there Δ is found anew (Gauss–Newton) with v and τ of that place, and with J of it where the squares are more than foreseen by
-/// more than a nat. J is taken in the longest steps of the plant that change the residuals little ([`Objective::lengthened`]). Strokes of 20 mm leave a pitch of 44 mm uncertain by 7 mm, and over that what a stroke of 37 mm leaves is not linear.
+/// more than a nat. Strokes of 20 mm leave a pitch of 44 mm uncertain by 7 mm, and over that what a stroke of 37 mm leaves is not linear.
 ///
 /// # Validity
 /// Hypotheses that were fitted to the end and share the common noise floor; the others are compared by the score of their fit. To first order in Δ
@@ -65,20 +65,14 @@ pub fn predictive(
     fit: &Fit,
     held_out: &HeldOut,
     floor: &Floor,
-) -> Result<(Score, Predictive)> {
+    score: &Score,
+) -> Result<Predictive> {
     let objective = Objective::new(machine, &fit.hypothesis, held_out.runs(), floor);
-    let seen = |values: &[f64]| -> Result<(DVector<f64>, Score)> {
-        let twin = fit.hypothesis.machine(machine, values)?;
-        let traces = predictions(&twin, held_out.runs())?;
-        Ok((objective.residuals_of_traces(&traces), Score::of_traces(held_out.runs(), &traces, floor)))
-    };
-    let (residuals, score) = seen(&fit.values)?;
     if fit.values.is_empty() {
-        return Ok((score.clone(), Predictive::of(score)));
+        return Ok(Predictive::of(score.clone()));
     }
-    let derivatives = Derivatives::of(&objective, &fit.values, &residuals)?;
-    let mut here = Place::of(&fit.values, residuals, &score);
-    let mut jacobian = derivatives.at(&here)?;
+    let mut here = Place::of(&fit.values, objective.residuals(&fit.values)?, score);
+    let mut jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
     for round in 0..MOST_PLACES {
         // What is left at the fit, as it looks from here.
         let begun = &here.residuals - &jacobian * &here.step;
@@ -95,48 +89,27 @@ pub fn predictive(
         let free = fit.hypothesis.free.iter().zip(&fit.values).zip(&update.step);
         let moved: Vec<f64> = free.map(|((free, value), step)| value + step * free.scale).collect();
         let values = inside(&fit.hypothesis, &moved);
-        let (residuals, score) = seen(&values)?;
+        let residuals = objective.residuals(&values)?;
         let there = cost(&residuals, update.strain);
         if there > now {
             break;
         }
+        let score = Score::of(&fit.hypothesis.machine(machine, &values)?, held_out, floor)?;
         let way = fit.hypothesis.free.iter().zip(values.iter().zip(&fit.values));
         let way = way.map(|(free, (there, fitted))| (there - fitted) / free.scale);
         // Not the step of the update: that may have ended at a bound.
         let step = DVector::from_iterator(values.len(), way);
         here = Place { values, residuals, step, strain: update.strain, score };
         if there - foreseen > 2.0 * A_NAT {
-            jacobian = derivatives.at(&here)?;
+            jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
         }
     }
     let weights = weights(&objective, &here.score, &here.residuals);
     let Some(occam) = occam(&jacobian, &weights, &fit.covariance) else {
-        return Ok((score.clone(), Predictive::of(score)));
+        return Ok(Predictive::of(score.clone()));
     };
     let moved = here.values != fit.values;
-    let predictive =
-        Predictive { score: here.score, cost: here.strain + occam, values: moved.then_some(here.values) };
-    Ok((score, predictive))
-}
-
-/// Derivatives of what is left of the held-out runs.
-struct Derivatives<'a> {
-    /// In the longest steps of the plant that change the residuals little; none where those are the fine ones.
-    long: Option<Objective<'a>>,
-    fine: &'a Objective<'a>,
-}
-
-impl<'a> Derivatives<'a> {
-    fn of(fine: &'a Objective<'a>, values: &[f64], residuals: &DVector<f64>) -> Result<Self> {
-        Ok(Self { long: fine.lengthened(values, residuals)?.map(|(long, _)| long), fine })
-    }
-
-    fn at(&self, place: &Place) -> Result<DMatrix<f64>> {
-        match &self.long {
-            Some(long) => long.jacobian(&place.values, &long.residuals(&place.values)?, None),
-            None => self.fine.jacobian(&place.values, &place.residuals, None),
-        }
-    }
+    Ok(Predictive { score: here.score, cost: here.strain + occam, values: moved.then_some(here.values) })
 }
 
 /// Where the numbers are.

@@ -339,15 +339,11 @@ impl Search<'_> {
 
     /// Scores a fit on the held-out runs.
     fn judge(&self, fit: Fit, thorough: bool) -> Result<Candidate> {
-        let (own, floor) = (self.floors.own_score(self.machine, &fit, self.held_out)?, &self.floors.common);
-        let has_own_floor = own.is_some();
-        let (score, predictive) = match own {
-            None if thorough => predictive(self.machine, &fit, self.held_out, floor)?,
-            own => {
-                let score =
-                    own.map_or_else(|| Score::of(&fit.machine(self.machine)?, self.held_out, floor), Ok)?;
-                (score.clone(), Predictive::of(score))
-            }
+        let (score, has_own_floor) = self.floors.score(self.machine, &fit, self.held_out)?;
+        let predictive = if thorough && !has_own_floor {
+            predictive(self.machine, &fit, self.held_out, &self.floors.common, &score)?
+        } else {
+            Predictive::of(score.clone())
         };
         let training_gap = self.floors.training_gap(self.machine, &fit, self.training, has_own_floor)?;
         Ok(Candidate { fit, score, predictive, training_gap, has_own_floor, thorough })
