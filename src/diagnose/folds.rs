@@ -1,6 +1,6 @@
 //! Each training run left out in turn: what the others say of it, and how far that differs from run to run.
 
-use super::evidence::Score;
+use super::evidence::{Score, closed_power};
 use super::experiment::Training;
 use super::fit::{Care, Fit, fit};
 use super::noise::Floor;
@@ -74,8 +74,8 @@ impl Folds {
         };
         let squares: Vec<[f64; 2]> = self.fits.par_iter().enumerate().map(judged).collect::<Result<_>>()?;
         let mean = |k: usize| squares.iter().map(|squares| squares[k]).sum::<f64>() / squares.len() as f64;
-        let closed = (1.0 - (mean(1) - 1.0) / (mean(0) - 1.0)).min(1.0);
-        Ok(if mean(0).sqrt() > ADEQUATE_GAP { closed } else { 0.0 })
+        let is_gap = mean(0).sqrt() > ADEQUATE_GAP;
+        Ok(if is_gap { closed_power(mean(0), mean(1)) } else { 0.0 })
     }
 
     /// Standard errors of a fit's values: its own, or those of the scatter where they are larger.
