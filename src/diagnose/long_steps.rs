@@ -40,7 +40,7 @@ fn descended_in_long_steps(objective: &Objective, start: Vec<f64>, iterations: u
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use crate::diagnose::experiment::Experiment;
     use crate::diagnose::free::Free;
@@ -51,13 +51,13 @@ mod tests {
     use crate::machine::Machine;
     use crate::plant::axis::LONGEST_STEP_S;
     use crate::replay::recording::recorded;
-    use crate::replay::{PlantChoice, simulate};
+    use crate::replay::{PlantChoice, Traces, simulate};
     use crate::twin::Sensing;
     use crate::units::Motion;
     use std::path::Path;
 
     /// A machine whose control period is several steps of the plant long.
-    fn slow() -> Machine {
+    pub(in crate::diagnose) fn slow() -> Machine {
         let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
         let mut folders: Vec<_> =
             std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
@@ -68,6 +68,15 @@ mod tests {
             is_long && description.controller.is_some() && machine.motion() == Motion::Prismatic
         };
         folders.iter().filter_map(|folder| Machine::read(folder).ok()).find(is_slow).unwrap()
+    }
+
+    /// A reference from rest to and fro, twice, and how the machine follows it.
+    pub(in crate::diagnose) fn to_and_fro(real: &Machine) -> (Vec<f64>, Traces) {
+        let period_s = real.description().sample_period_s;
+        let wave = |t: f64| if t < 0.2 { 0.0 } else { 1e-3 * (1.0 - (5.0 * (t - 0.2)).cos()) };
+        let reference: Vec<f64> = (0..1500).map(|k| wave(f64::from(k) * period_s)).collect();
+        let traces = simulate(real, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ()).unwrap();
+        (reference, traces)
     }
 
     /// The long steps alone end beside the bristles' stiffness and the friction that made a run; the fine ones after them end there.
@@ -86,11 +95,7 @@ mod tests {
         let stated = slow().with_settings([("encoder.noise_m", toml::Value::Float(0.01 * noise_m))]).unwrap();
         let truth = [60.0, 4e7];
         let real = hypothesis.machine(&stated, &truth).unwrap();
-        // From rest to and fro, twice.
-        let period_s = stated.description().sample_period_s;
-        let wave = |t: f64| if t < 0.2 { 0.0 } else { 1e-3 * (1.0 - (5.0 * (t - 0.2)).cos()) };
-        let reference: Vec<f64> = (0..1500).map(|k| wave(f64::from(k) * period_s)).collect();
-        let traces = simulate(&real, PlantChoice::Axis, Sensing::Perfect, &reference, |_| ()).unwrap();
+        let (reference, traces) = to_and_fro(&real);
         let runs =
             [Experiment::new(&recorded("run", &stated, &reference, traces).unwrap(), &stated).unwrap()];
         let floor = Floor::estimate(&stated, &[&runs[0]]).unwrap();

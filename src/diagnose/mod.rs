@@ -36,6 +36,7 @@ pub mod harmonic;
 pub mod hypothesis;
 pub mod identifiability;
 mod improve;
+mod integration_error;
 mod json;
 mod line_search;
 mod linearised;

@@ -12,10 +12,13 @@ use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::{DMatrix, DVector};
 
-/// Damping ratio of the modes tried, the largest that modes have: each covers its neighbourhood.
+/// Damping ratios of the modes tried: over all frequencies the largest that modes have, since each covers its neighbourhood; about what explains
+/// most the middle one and the least. Of a mode with the least damping one with the largest explains a quarter.
 const DAMPING: f64 = DAMPING_RATIOS.1;
-/// Ratio of a frequency to the one before: 1 + 2ζ, a mode's width at half its power.
-const STEP: f64 = 1.0 + 2.0 * DAMPING;
+/// So many frequencies are looked at again with less damping: a choice of cost.
+const REFINED: usize = 6;
+/// Of each of them, so many steps to both sides, each as wide as a mode of that damping: they cover a step of the one before.
+const BESIDE: i32 = 2;
 /// Modal mass while a response is taken, in moving masses: a hundred times the largest of the prior, so that the response is of first order.
 const MASSES: f64 = 1e4;
 
@@ -49,26 +52,67 @@ pub fn modes(
         return Ok(Vec::new());
     }
     let heavy = MASSES * mass;
-    let with = |f: &f64| with_effect(&fitted, EffectId::FlexibleMode, &[*f, heavy, DAMPING]);
-    let machines: Result<Vec<Machine>> = frequencies.iter().map(with).collect();
     let residuals = objective.residuals(&fit.values)?;
-    let changed = objective.residuals_at(&machines?)?;
-    let responses: Vec<DVector<f64>> =
-        changed.into_iter().map(|changed| (changed - &residuals) * heavy).collect();
-    let responses = DMatrix::from_columns(&responses);
-    let test = ScoreTest::of(objective, &fit.values, &residuals, &sensitivities.columns, &responses);
-    let score = |k: usize| {
-        let (g, b) = (test.normal[(k, k)], test.right[k]);
-        (b > 0.0 && g > 0.0).then_some(Explained { gain: b * b / g, mass: g / b })
+    let explained = |tried: Vec<Mode>| -> Result<Vec<Option<Explained>>> {
+        let with = |m: &Mode| with_effect(&fitted, EffectId::FlexibleMode, &[m.frequency, heavy, m.damping]);
+        let machines: Result<Vec<Machine>> = tried.iter().map(with).collect();
+        let changed = objective.residuals_at(&machines?)?;
+        let responses: Vec<DVector<f64>> =
+            changed.into_iter().map(|changed| (changed - &residuals) * heavy).collect();
+        let responses = DMatrix::from_columns(&responses);
+        let test = ScoreTest::of(objective, &fit.values, &residuals, &sensitivities.columns, &responses);
+        let score = |(k, mode): (usize, Mode)| {
+            let (g, b) = (test.normal[(k, k)], test.right[k]);
+            (b > 0.0 && g > 0.0).then_some(Explained { mode, gain: b * b / g, mass: g / b })
+        };
+        Ok(tried.into_iter().enumerate().map(score).collect())
     };
-    let scores: Vec<Option<Explained>> = (0..frequencies.len()).map(score).collect();
-    let starts = peaks(&scores).into_iter().take(most);
-    Ok(starts.map(|(k, mass)| vec![frequencies[k], mass, DAMPING]).collect())
+    let broad = frequencies.into_iter().map(|frequency| Mode { frequency, damping: DAMPING });
+    let mut best = peaks(&explained(broad.collect())?);
+    best.truncate(REFINED);
+    for damping in [(DAMPING_RATIOS.0 * DAMPING_RATIOS.1).sqrt(), DAMPING_RATIOS.0] {
+        if best.is_empty() {
+            break;
+        }
+        let narrow = best.iter().flat_map(|one| one.mode.narrowed(damping));
+        let found = explained(narrow.collect())?;
+        for (one, found) in best.iter_mut().zip(found.chunks(2 * BESIDE as usize + 1)) {
+            let better = found.iter().flatten().filter(|other| other.gain > one.gain);
+            if let Some(better) = better.max_by(|a, b| a.gain.total_cmp(&b.gain)) {
+                *one = *better;
+            }
+        }
+    }
+    best.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    let starts = best.into_iter().take(most);
+    Ok(starts.map(|one| vec![one.mode.frequency, one.mass, one.mode.damping]).collect())
+}
+
+/// A mode that is tried.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Mode {
+    /// In Hz.
+    frequency: f64,
+    damping: f64,
+}
+
+impl Mode {
+    /// Modes of this damping at its frequency and beside it, a mode's width at half its power apart.
+    fn narrowed(self, damping: f64) -> impl Iterator<Item = Self> {
+        let at = move |k: i32| Self { frequency: self.frequency * step(damping).powi(k), damping };
+        (-BESIDE..=BESIDE).map(at)
+    }
+}
+
+/// Ratio of a frequency to the one before: 1 + 2ζ, a mode's width at half its power.
+fn step(damping: f64) -> f64 {
+    1.0 + 2.0 * damping
 }
 
 /// What a mode explains.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 struct Explained {
+    mode: Mode,
     /// By how much it lowers the weighted sum of squares.
     gain: f64,
     /// Its modal mass.
@@ -78,30 +122,70 @@ struct Explained {
 /// Frequencies in Hz that are tried.
 fn frequencies(period_s: f64) -> Vec<f64> {
     let (lowest, highest) = (LOWEST_HZ, HIGHEST_HZ.min(HIGHEST_OF_RATE / period_s));
-    let up = std::iter::successors(Some(lowest), |f| Some(f * STEP));
+    let up = std::iter::successors(Some(lowest), |f| Some(f * step(DAMPING)));
     up.take_while(|f| *f < highest).collect()
 }
 
-/// Places that explain more than their neighbours, with the modal mass; the one that explains most first.
-fn peaks(scores: &[Option<Explained>]) -> Vec<(usize, f64)> {
+/// Modes that explain more than their neighbours; the one that explains most first.
+fn peaks(scores: &[Option<Explained>]) -> Vec<Explained> {
     let gain = |k: usize| scores.get(k).copied().flatten().map_or(0.0, |score| score.gain);
     let is_peak = |&k: &usize| gain(k) > gain(k + 1) && (k == 0 || gain(k) >= gain(k - 1));
-    let mut peaks: Vec<usize> = (0..scores.len()).filter(is_peak).collect();
-    peaks.sort_by(|&a, &b| gain(b).total_cmp(&gain(a)));
-    peaks.into_iter().filter_map(|k| Some((k, scores[k]?.mass))).collect()
+    let mut peaks: Vec<Explained> = (0..scores.len()).filter(is_peak).filter_map(|k| scores[k]).collect();
+    peaks.sort_by(|a, b| b.gain.total_cmp(&a.gain));
+    peaks
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::experiment::Experiment;
+    use crate::diagnose::hypothesis::tests::hypothesis;
+    use crate::diagnose::long_steps::tests::{slow, to_and_fro};
+    use crate::diagnose::noise::Floor;
+    use crate::plant::axis::LONGEST_STEP_S;
+    use crate::replay::recording::recorded;
+    use std::collections::BTreeSet;
+
+    /// On slow motion a mode of little damping mostly yields as a spring does, and so does every mode above it with the mass for that; what rings tells
+    /// which one it is.
+    #[test]
+    fn exact_a_mode_of_little_damping_is_told_from_its_compliance() {
+        let machine = slow();
+        let mass = machine.constants().moving_mass;
+        let truth = [21.0, 50.0 * mass, 0.006];
+        let real = with_effect(&machine, EffectId::FlexibleMode, &truth).unwrap();
+        let (reference, traces) = to_and_fro(&real);
+        let run = Experiment::new(&recorded("run", &machine, &reference, traces).unwrap(), &machine).unwrap();
+        let floor = Floor::estimate(&machine, &[&run]).unwrap();
+        let (runs, hypothesis) = ([run], hypothesis(Vec::new()));
+        let objective = Objective::new(&machine, &hypothesis, &runs, &floor);
+        let rows = objective.residuals(&[]).unwrap().len();
+        let columns = DMatrix::zeros(rows, 0);
+        let sensitivities =
+            Sensitivities { free: Vec::new(), columns, stride: 1, longest_step_s: LONGEST_STEP_S };
+        let fit = Fit {
+            hypothesis: hypothesis.clone(),
+            values: Vec::new(),
+            size: 0.0,
+            mean_square: 0.0,
+            standard_errors: Vec::new(),
+            covariance: DMatrix::zeros(0, 0),
+            shown: BTreeSet::new(),
+        };
+        let starts = modes(&objective, &fit, &sensitivities, mass, 3).unwrap();
+        let [frequency, found, damping] = starts[0][..] else { panic!("{starts:?}") };
+        assert!((frequency / truth[0] - 1.0).abs() < 0.02, "{starts:?}");
+        assert!((found / truth[1] - 1.0).abs() < 0.3 && damping < 0.02, "{starts:?}");
+    }
 
     /// Peaks are higher than both neighbours, at the ends than the one; what would need a negative mass is none.
     #[test]
     fn exact_peaks_are_told_by_what_they_explain() {
         let gains = [3.0, 1.0, 5.0, 5.0, 2.0, 0.0, 4.0];
-        let scores: Vec<Option<Explained>> =
-            gains.iter().map(|&gain| (gain > 0.0).then_some(Explained { gain, mass: 10.0 * gain })).collect();
-        assert_eq!(peaks(&scores), [(3, 50.0), (6, 40.0), (0, 30.0)]);
+        let mode = Mode { frequency: 40.0, damping: DAMPING };
+        let score = |gain: f64| (gain > 0.0).then_some(Explained { mode, gain, mass: 10.0 * gain });
+        let scores: Vec<Option<Explained>> = gains.map(score).to_vec();
+        assert_eq!(peaks(&scores).iter().map(|peak| peak.gain).collect::<Vec<f64>>(), [5.0, 4.0, 3.0]);
         assert_eq!(peaks(&[None; 3]), []);
     }
 
@@ -110,7 +194,7 @@ mod tests {
     fn exact_frequencies_cover_all_that_is_sampled() {
         let frequencies = frequencies(1e-3);
         let last = frequencies[frequencies.len() - 1];
-        assert!(frequencies[0] == 2.0 && last < 200.0 && last * STEP >= 200.0);
+        assert!(frequencies[0] == 2.0 && last < 200.0 && last * step(DAMPING) >= 200.0);
         assert!(super::frequencies(0.1).is_empty());
         assert!(frequencies.windows(2).all(|pair| (pair[1] / pair[0] - 1.12).abs() < 1e-12));
     }

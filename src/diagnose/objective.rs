@@ -77,6 +77,11 @@ impl<'a> Objective<'a> {
         self
     }
 
+    /// The same objective in steps of the plant of at most `longest_step_s`, in s.
+    pub(super) fn in_steps(&self, longest_step_s: f64) -> Self {
+        Self { longest_step_s, ..*self }
+    }
+
     /// Rows that one signal of a run takes.
     pub(super) fn rows(&self, experiment: &Experiment) -> usize {
         experiment.samples().div_ceil(self.stride)
@@ -111,7 +116,7 @@ impl<'a> Objective<'a> {
         let period_s = self.machine.constants().sample_period_s;
         let shares = [1.0, 0.5, 0.25].map(|share| share * period_s);
         for longest_step_s in shares.into_iter().filter(|step_s| *step_s > LONGEST_STEP_S) {
-            let coarse = Self { longest_step_s, ..*self };
+            let coarse = self.in_steps(longest_step_s);
             let residuals = coarse.residuals(values)?;
             if (&residuals - fine).norm() <= COARSE * fine.norm() {
                 return Ok(Some((coarse, residuals)));

@@ -5,21 +5,21 @@ use super::fit::Fit;
 use super::folds::Folds;
 use super::linearised::Linearised;
 use super::noise::Floor;
-use super::{discrepancy, sensor_bias};
+use super::{discrepancy, integration_error, sensor_bias};
 use crate::error::Result;
 use crate::machine::Machine;
 
 /// An explanation whose standard errors know all that leaves its numbers uncertain.
 pub struct Uncertainty {
-    /// The fit, its standard errors and covariance widened by how far the training runs disagree, by what it does not describe, and by what the sensors put
-    /// into its numbers.
+    /// The fit, its standard errors and covariance widened by how far the training runs disagree, by what it does not describe, and by what the sensors
+    /// and the steps of the plant put into its numbers.
     pub fit: Fit,
     /// The fits without each training run.
     pub folds: Folds,
 }
 
 impl Uncertainty {
-    /// That of a fit; see [`Folds::widened`], [`discrepancy::covariance`] and [`sensor_bias::covariance`].
+    /// That of a fit; see [`Folds::widened`], [`discrepancy::covariance`], [`sensor_bias::covariance`] and [`integration_error::covariance`].
     ///
     /// # Errors
     /// Whatever a replay refuses.
@@ -30,8 +30,11 @@ impl Uncertainty {
         if !fit.values.is_empty() {
             let fitted = fit.machine(machine)?;
             let linear = Linearised::of(machine, fit, training.runs(), floor)?;
-            let added =
-                [discrepancy::covariance(&linear, &fitted)?, sensor_bias::covariance(&linear, &fitted)?];
+            let added = [
+                discrepancy::covariance(&linear, &fitted)?,
+                sensor_bias::covariance(&linear, &fitted)?,
+                Some(integration_error::covariance(&linear, &fitted)?),
+            ];
             added.iter().flatten().for_each(|covariance| wide.widen(covariance));
         }
         Ok(Self { fit: wide, folds })

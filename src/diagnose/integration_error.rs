@@ -1,0 +1,96 @@
+//! What the steps of the plant put into the numbers of a fit.
+
+use super::linearised::Linearised;
+use crate::error::Result;
+use crate::machine::Machine;
+use crate::plant::axis::LONGEST_STEP_S;
+use nalgebra::{DMatrix, DVector};
+
+/// The error of a step beside what halving it changes, of a method of second order, as [`LONGEST_STEP_S`] has it.
+const OF_HALVING: f64 = 4.0 / 3.0;
+
+/// Covariance that the error of the plant's steps adds to that of a fit's numbers, in units of their scales.
+///
+/// # Model
+/// The axis is exact but for forces that depend on its motion inside a step. With r(h) the residuals in steps h, Δ of [`Linearised::step`]:
+/// ```text
+///   b = 4/3·Δ(r(h/2) − r(h)),   added covariance = b·bᵀ
+/// ```
+/// Mass, friction and motor constant that grow by the same share move the axis alike but for its base: to that combination an error that is far
+/// below the noise of a sample is several standard errors.
+///
+/// # Validity
+/// To first order in the change of the numbers, and where the error falls with the square of the step. The values stay: what they predict, they predict in
+/// the steps that they were fitted in.
+///
+/// # Source
+/// L. F. Richardson (1911), *The approximate arithmetical solution by finite differences*, Phil. Trans. R. Soc. A 210:307.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub fn covariance(linear: &Linearised, fitted: &Machine) -> Result<DMatrix<f64>> {
+    let period_s = linear.objective.machine.constants().sample_period_s;
+    let step_s = period_s / (period_s / LONGEST_STEP_S - 1e-9).ceil().max(1.0);
+    let finer = linear.objective.in_steps(0.5 * step_s).residuals_at(std::slice::from_ref(fitted))?.remove(0);
+    let bias: DVector<f64> = linear.step(&(finer - &linear.residuals)) * OF_HALVING;
+    Ok(&bias * bias.transpose())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::diagnose::care::Care;
+    use crate::diagnose::experiment::Experiment;
+    use crate::diagnose::fit::Fit;
+    use crate::diagnose::free::Free;
+    use crate::diagnose::free::tests::number;
+    use crate::diagnose::hypothesis::tests::hypothesis;
+    use crate::diagnose::long_steps::descend_from;
+    use crate::diagnose::long_steps::tests::{slow, to_and_fro};
+    use crate::diagnose::noise::Floor;
+    use crate::diagnose::objective::Objective;
+    use crate::effect::EffectId;
+    use crate::replay::recording::recorded;
+
+    /// Bristles of a log that was made in steps a sixteenth as long: what the fit misses them by is what is added to their standard errors.
+    #[test]
+    fn exact_the_error_of_the_steps_is_known_to_the_intervals() {
+        let machine = slow();
+        let of = |effect, name, scale: f64| Free {
+            range: (0.1 * scale, 100.0 * scale),
+            scale,
+            ..number(effect, name)
+        };
+        let coulomb = of(EffectId::CoulombFriction, "force_n", 10.0);
+        let stiffness = of(EffectId::Presliding, "stiffness_n_per_m", 1e6);
+        let hypothesis = hypothesis(vec![coulomb, stiffness]);
+        let truth = [60.0, 4e7];
+        let real = hypothesis.machine(&machine, &truth).unwrap();
+        let (reference, traces) = to_and_fro(&real);
+        let coarse =
+            Experiment::new(&recorded("run", &machine, &reference, traces).unwrap(), &machine).unwrap();
+        let fine =
+            coarse.predict_together(std::slice::from_ref(&real), LONGEST_STEP_S / 16.0).unwrap().remove(0);
+        let run = Experiment::new(&recorded("run", &machine, &reference, fine).unwrap(), &machine).unwrap();
+        let floor = Floor::estimate(&machine, &[&run]).unwrap();
+        let runs = [run];
+        let objective = Objective::new(&machine, &hypothesis, &runs, &floor);
+        let values = descend_from(&objective, truth.to_vec(), Care::Thorough, 60).unwrap().values;
+        let fit = Fit {
+            hypothesis: hypothesis.clone(),
+            values,
+            size: 0.0,
+            mean_square: 0.0,
+            standard_errors: Vec::new(),
+            covariance: DMatrix::zeros(2, 2),
+            shown: hypothesis.effects.clone(),
+        };
+        let linear = Linearised::of(&machine, &fit, &runs, &floor).unwrap();
+        let added = covariance(&linear, &fit.machine(&machine).unwrap()).unwrap();
+        for (k, true_value) in truth.iter().enumerate() {
+            let missed = (fit.values[k] - true_value).abs() / fit.hypothesis.free[k].scale;
+            let ratio = missed / added[(k, k)].sqrt();
+            assert!(missed > 0.0 && (0.7..1.4).contains(&ratio), "{k}: {missed:e} {ratio}");
+        }
+    }
+}
