@@ -42,28 +42,17 @@ mod tests {
     use crate::diagnose::care::Care;
     use crate::diagnose::experiment::Experiment;
     use crate::diagnose::fit::Fit;
-    use crate::diagnose::free::Free;
-    use crate::diagnose::free::tests::number;
-    use crate::diagnose::hypothesis::tests::hypothesis;
     use crate::diagnose::long_steps::descend_from;
-    use crate::diagnose::long_steps::tests::{slow, to_and_fro};
+    use crate::diagnose::long_steps::tests::{bristles, slow, to_and_fro};
     use crate::diagnose::noise::Floor;
     use crate::diagnose::objective::Objective;
-    use crate::effect::EffectId;
     use crate::replay::recording::recorded;
 
     /// Bristles of a log that was made in steps a sixteenth as long: what the fit misses them by is what is added to their standard errors.
     #[test]
     fn exact_the_error_of_the_steps_is_known_to_the_intervals() {
         let machine = slow();
-        let of = |effect, name, scale: f64| Free {
-            range: (0.1 * scale, 100.0 * scale),
-            scale,
-            ..number(effect, name)
-        };
-        let coulomb = of(EffectId::CoulombFriction, "force_n", 10.0);
-        let stiffness = of(EffectId::Presliding, "stiffness_n_per_m", 1e6);
-        let hypothesis = hypothesis(vec![coulomb, stiffness]);
+        let hypothesis = bristles();
         let truth = [60.0, 4e7];
         let real = hypothesis.machine(&machine, &truth).unwrap();
         let (reference, traces) = to_and_fro(&real);

@@ -45,6 +45,7 @@ pub(super) mod tests {
     use crate::diagnose::experiment::Experiment;
     use crate::diagnose::free::Free;
     use crate::diagnose::free::tests::number;
+    use crate::diagnose::hypothesis::Hypothesis;
     use crate::diagnose::hypothesis::tests::hypothesis;
     use crate::diagnose::noise::Floor;
     use crate::effect::EffectId;
@@ -70,6 +71,17 @@ pub(super) mod tests {
         folders.iter().filter_map(|folder| Machine::read(folder).ok()).find(is_slow).unwrap()
     }
 
+    /// Friction and the bristles' stiffness.
+    pub(in crate::diagnose) fn bristles() -> Hypothesis {
+        let of = |effect, name, scale: f64| Free {
+            range: (0.1 * scale, 100.0 * scale),
+            scale,
+            ..number(effect, name)
+        };
+        let coulomb = of(EffectId::CoulombFriction, "force_n", 10.0);
+        hypothesis(vec![coulomb, of(EffectId::Presliding, "stiffness_n_per_m", 1e6)])
+    }
+
     /// A reference from rest to and fro, twice, and how the machine follows it.
     pub(in crate::diagnose) fn to_and_fro(real: &Machine) -> (Vec<f64>, Traces) {
         let period_s = real.description().sample_period_s;
@@ -82,14 +94,7 @@ pub(super) mod tests {
     /// The long steps alone end beside the bristles' stiffness and the friction that made a run; the fine ones after them end there.
     #[test]
     fn exact_a_fit_to_the_end_ends_where_the_fine_steps_do() {
-        let of = |effect, name, scale: f64| Free {
-            range: (0.1 * scale, 100.0 * scale),
-            scale,
-            ..number(effect, name)
-        };
-        let coulomb = of(EffectId::CoulombFriction, "force_n", 10.0);
-        let stiffness = of(EffectId::Presliding, "stiffness_n_per_m", 1e6);
-        let hypothesis = hypothesis(vec![coulomb, stiffness]);
+        let hypothesis = bristles();
         // Of a sensor that is a hundred times finer the error of the long steps shows.
         let noise_m = slow().description().encoder.noise_m;
         let stated = slow().with_settings([("encoder.noise_m", toml::Value::Float(0.01 * noise_m))]).unwrap();

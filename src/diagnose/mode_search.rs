@@ -35,7 +35,7 @@ const MASSES: f64 = 1e4;
 /// every sample by what it tells.
 ///
 /// # Validity
-/// To first order in 1/M, with one damping for all.
+/// To first order in 1/M. A mode of little damping is found where a mode of the largest one at that frequency is among the [`REFINED`] that explain most.
 ///
 /// # Errors
 /// Whatever a replay refuses.
@@ -93,6 +93,7 @@ pub fn modes(
 struct Mode {
     /// In Hz.
     frequency: f64,
+    /// Damping ratio.
     damping: f64,
 }
 
