@@ -3,7 +3,7 @@
 use super::Style;
 use super::layout::{Align, Table, labelled, paragraph};
 use super::number::{moved, percent, plain, ratio, twin, value, with_interval};
-use super::remains::remains;
+use super::remains::{by_calibration, remains};
 use super::words::{described, is_resolved, name, placed, times_noise};
 use crate::diagnose::Verdict;
 use crate::diagnose::thresholds::ADEQUATE_GAP;
@@ -107,7 +107,7 @@ pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> Option<String> 
                 text += &format!(", together {} of the difference", percent(gap.closed));
             }
             text += ".";
-            Some(text + &remains(diagnosis, motion))
+            Some(text + &by_calibration(diagnosis) + &remains(diagnosis, motion))
         }
         _ => None,
     }

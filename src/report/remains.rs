@@ -5,7 +5,8 @@ use super::place::{banded, named, top};
 use super::stretches::seconds;
 use super::words::{listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
-use crate::diagnose::thresholds::MOST;
+use crate::diagnose::decide::above_noise;
+use crate::diagnose::thresholds::{LARGELY, MOST};
 use crate::diagnose::verdict::{Diagnosis, Gap, OpenSignal, Stretch, Updated};
 use crate::units::Motion;
 
@@ -33,6 +34,16 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
         _ if diagnosis.gap.after > REMAINS => format!(" A gap of {left} remains unexplained."),
         _ => String::new(),
     }
+}
+
+/// What calibration alone leaves, where it closes most of the gap: what the causes close with it is not all to their credit.
+pub(super) fn by_calibration(diagnosis: &Diagnosis) -> String {
+    let calibrated = diagnosis.ranking.iter().find(|ranked| ranked.effects.is_empty());
+    let alone = calibrated.map(|ranked| ranked.held_out_gap).filter(|_| !diagnosis.calibration.is_empty());
+    let open = |gap: &f64| above_noise(*gap) / above_noise(diagnosis.gap.before);
+    alone.filter(|gap| open(gap) <= 1.0 - LARGELY).map_or_else(String::new, |gap| {
+        format!(" Calibration inside its tolerances alone leaves {}.", times_noise(gap))
+    })
 }
 
 /// Which signals the causes named do not explain.

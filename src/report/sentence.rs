@@ -2,7 +2,7 @@
 
 use super::changes;
 use super::number::{percent, plain, probability, value};
-use super::remains::{largest, only_in_training, remains, unexplained_signals};
+use super::remains::{by_calibration, largest, only_in_training, remains, unexplained_signals};
 use super::withheld;
 use super::words::{described, listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
@@ -64,7 +64,7 @@ fn cause(diagnosis: &Diagnosis, motion: Motion) -> String {
         }
     };
     let predicted = predicted.filter(|_| !diagnosis.causes.is_empty()).unwrap_or_default();
-    predicted + &what + "." + &remains(diagnosis, motion)
+    predicted + &what + "." + &by_calibration(diagnosis) + &remains(diagnosis, motion)
 }
 
 /// Whether the twin had nothing of a cause: it is no other value of what the machine file states.

@@ -673,6 +673,18 @@ fn exact_waves_are_told_by_their_amplitude() {
     lacks(&reports, &["sine -42 ±"]);
 }
 
+/// Where calibration alone closes most of the gap, that is said beside what is closed with the cause.
+#[test]
+fn exact_what_calibration_alone_leaves_is_said() {
+    let mut d = diagnosis();
+    let says = "94 % of the gap. Calibration inside its tolerances alone leaves 1.30 × noise.";
+    lacks(&sliding(&d), &["Calibration inside its tolerances alone"]);
+    d.ranking[1].held_out_gap = 1.3;
+    holds(&sliding(&d), &[says]);
+    d.calibration.clear();
+    lacks(&sliding(&d), &["Calibration inside its tolerances alone"]);
+}
+
 /// Where the causes close most of the gap, they are said first, what is left after them, and they can be put into the twin.
 #[test]
 fn exact_cause_found_in_part_says_both() {
