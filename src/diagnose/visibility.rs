@@ -2,7 +2,7 @@
 
 use super::check::{Check, Finding, Severity};
 use super::experiment::Experiment;
-use crate::effect::{EffectId, Stretch};
+use crate::effect::{EffectId, Lack, Stretch};
 use crate::machine::Machine;
 use crate::recording::Signal;
 use crate::replay::windows::Input;
@@ -45,7 +45,9 @@ impl View {
 
 /// Why an effect leaves no trace in any of these runs; none where it does.
 pub fn unseen(effect: EffectId, machine: &Machine, experiments: &[Experiment]) -> Option<&'static str> {
-    if let Some(lacking) = effect.lacks(&machine.constants()) {
+    // What another effect has brought (a mode, say) is no part that the machine file states: its description refuses the effect.
+    let refused = || effect.lacks(&machine.stated_constants()).filter(|lack| *lack == Lack::NothingToChange);
+    if let Some(lacking) = effect.lacks(&machine.constants()).or_else(refused) {
         return Some(lacking.sentence());
     }
     let reasons: Option<Vec<&'static str>> =
@@ -95,4 +97,29 @@ pub fn findings(experiments: &[Experiment]) -> Vec<Finding> {
         })
     };
     experiments.iter().filter_map(sentence).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    /// A mode that is stated as an effect is no mode of the base, which could be off its stated value.
+    #[test]
+    fn exact_a_further_mode_makes_no_base() {
+        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
+        let mut folders: Vec<_> =
+            std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
+        folders.sort();
+        let is_bare = |machine: &Machine| {
+            let constants = machine.constants();
+            constants.modes.is_empty() && EffectId::FlexibleMode.applies(&constants)
+        };
+        let bare = folders.iter().filter_map(|folder| Machine::read(folder).ok()).find(is_bare).unwrap();
+        let mode = [("frequency_hz", 40.0), ("mass_kg", 100.0), ("damping_ratio", 0.02)];
+        let set = mode.map(|(key, value)| (format!("effect.flexible_mode.{key}"), toml::Value::Float(value)));
+        let machine = bare.with_settings(set.iter().map(|(path, v)| (path.as_str(), v.clone()))).unwrap();
+        assert!(EffectId::BaseModeShift.applies(&machine.constants()));
+        assert!(unseen(EffectId::BaseModeShift, &machine, &[]).is_some());
+    }
 }
