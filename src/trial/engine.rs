@@ -3,7 +3,7 @@
 use super::laws::{Forged, ForgedLaws, Otherwise};
 use crate::error::Result;
 use crate::machine::Machine;
-use crate::plant::axis::Axis;
+use crate::plant::axis::{Axis, longest_step};
 use crate::plant::mujoco::{self, Integrator, MujocoRig};
 use crate::plant::rapier::Rig;
 use crate::replay::{Commands, Traces};
@@ -124,10 +124,9 @@ pub fn sketch(machine: &Machine, otherwise: &Otherwise, reference: &[f64], begin
     commands.walk(&walked, plant, Sensing::Perfect, STOOD_S, |_| ())
 }
 
-/// The longest step that divides the sample period and is at most `longest_s`.
+/// The longest step of a machine that is at most `longest_s`.
 fn step(machine: &Machine, longest_s: f64) -> f64 {
-    let period_s = machine.description().sample_period_s;
-    period_s / (period_s / longest_s - 1e-9).ceil().max(1.0)
+    longest_step(machine.description().sample_period_s, longest_s)
 }
 
 impl fmt::Display for Engine {

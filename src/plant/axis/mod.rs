@@ -59,6 +59,12 @@ pub struct Axis {
 /// Longest step of the axis plant in s: reversals and pushes are resolved to second order inside it.
 pub const LONGEST_STEP_S: f64 = 250e-6;
 
+/// The longest step that divides a sample period and is at most `longest_s`, all in s.
+pub fn longest_step(period_s: f64, longest_s: f64) -> f64 {
+    // A period that is a whole number of steps but for rounding is that number.
+    period_s / (period_s / longest_s - 1e-9).ceil().max(1.0)
+}
+
 /// One step as blocks of rows.
 ///
 /// Rows: the states but the position, a row of zeros for the voltage, the displacement. Columns: the states but the
@@ -117,8 +123,7 @@ impl Axis {
 
     /// The axis with the longest step that divides the sample period and is at most `longest_s`, in s.
     pub fn within(constants: &Constants, longest_s: f64) -> Self {
-        let period = constants.sample_period_s;
-        Self::new(constants, period / (period / longest_s - 1e-9).ceil().max(1.0))
+        Self::new(constants, longest_step(constants.sample_period_s, longest_s))
     }
 
     /// The axis with these constants, advancing by `step_s` each time.
