@@ -1,5 +1,6 @@
 //! A hypothesis once it is fitted and scored.
 
+use super::cut::contradiction::Contradiction;
 use super::evidence::Score;
 use super::fit::Fit;
 use super::free::{Free, Freedom};
@@ -25,6 +26,8 @@ pub struct Candidate {
     pub training_gap: f64,
     /// Whether the score is by a noise floor of its own: its effects make noise.
     pub has_own_floor: bool,
+    /// What the log says against it; see [`StatedStretches`](super::cut::contradiction::StatedStretches).
+    pub contradiction: Option<Contradiction>,
     /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
     pub thorough: bool,
 }
@@ -54,12 +57,13 @@ impl Candidate {
         self.predictive.score.is_adequate() && self.training_gap <= ADEQUATE_GAP
     }
 
-    /// Whether every effect shows (see [`Fit::shown`]), and no number went to the end of where a fit may look.
+    /// Whether every effect shows (see [`Fit::shown`]), no number went to the end of where a fit may look, and the log does not contradict it.
     pub(super) fn is_resolved(&self) -> bool {
         self.unidentified().is_none()
     }
 
-    /// Why the training runs do not identify it, where an effect of it does not show or a number went to the end of where a fit may look.
+    /// Why the training runs do not identify it, where an effect of it does not show, a number went to the end of where a fit may look, or the log
+    /// contradicts it.
     pub(super) fn unidentified(&self) -> Option<Unidentified> {
         let hidden = self.effects().iter().find(|effect| !self.fit.shown.contains(*effect));
         let hidden = hidden.map(|effect| Unidentified::NotSignificant { effect: effect.name() });
@@ -73,7 +77,8 @@ impl Candidate {
                 unit: free.unit,
             })
         };
-        hidden.or_else(ran_off)
+        let contradicted = || self.contradiction.map(Unidentified::Contradicted);
+        hidden.or_else(ran_off).or_else(contradicted)
     }
 
     /// Whether it has a line of the noise among its effects: a period or a frequency was searched, and what was found there

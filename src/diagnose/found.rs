@@ -307,7 +307,15 @@ pub(super) mod tests {
         let score = Score::even(mean_square);
         let predictive = Predictive::of(score.clone());
         let training_gap = mean_square.sqrt();
-        Candidate { fit, score, predictive, training_gap, has_own_floor: false, thorough: true }
+        Candidate {
+            fit,
+            score,
+            predictive,
+            training_gap,
+            has_own_floor: false,
+            contradiction: None,
+            thorough: true,
+        }
     }
 
     pub(in crate::diagnose) fn found(candidates: Vec<Candidate>, chosen: usize) -> Found {

@@ -1,6 +1,8 @@
 //! What forbids a verdict.
 
 use super::check::{Finding, Severity};
+use super::cut::Cut;
+use super::cut::contradiction::Contradiction;
 use super::prove::RigidBody;
 use serde::{Deserialize, Serialize};
 
@@ -14,6 +16,8 @@ pub enum Veto {
     Reference,
     /// Of the explanation that predicts best an effect is not significant, or a number is at the bound of its range.
     Unidentified,
+    /// With the explanation that predicts best, a stretch of the signal path does not give its logged output from its logged input.
+    Stretch,
     /// In the rigid-body scene the explanation does not close what it closes on the reduced axis.
     RigidBody,
 }
@@ -55,6 +59,8 @@ pub enum Unidentified {
         /// Unit of the number.
         unit: &'static str,
     },
+    /// The log contradicts it.
+    Contradicted(Contradiction),
 }
 
 /// What may forbid a verdict.
@@ -73,6 +79,22 @@ pub struct Grounds<'a> {
 /// The fatal findings.
 pub fn fatal(checks: &[Finding]) -> impl Iterator<Item = &Finding> {
     checks.iter().filter(|finding| finding.severity == Severity::Fatal)
+}
+
+fn contradicted(contradiction: Contradiction) -> Withheld {
+    let (cut, why) = match contradiction {
+        Contradiction::AtRest => {
+            (Cut::Controller, "reproduces the effort at rest worse with it than as stated")
+        }
+        Contradiction::Open(cut) => {
+            (cut, "is off with it by more than the twin's closed loop is: what is missing is there")
+        }
+    };
+    let reason = format!(
+        "The explanation that predicts best is contradicted by the log: the stretch {}, replayed alone from its measured input, {why}.",
+        cut.words()
+    );
+    Withheld { by: Veto::Stretch, reason }
 }
 
 impl Grounds<'_> {
@@ -101,6 +123,7 @@ impl Grounds<'_> {
             Unidentified::AtBound { effect, number, value, unit } => {
                 format!("{number} of {effect} is at the bound of where a fit may look ({value:.3e} {unit})")
             }
+            Unidentified::Contradicted(contradiction) => return Some(contradicted(contradiction)),
         };
         let reason = format!("The explanation that predicts best is not identified: {why}.");
         Some(Withheld { by: Veto::Unidentified, reason })

@@ -41,6 +41,7 @@ mod json;
 mod line_search;
 mod linearised;
 mod locate;
+mod logged_input;
 mod long_steps;
 mod measured;
 mod mode_search;
@@ -97,6 +98,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{HeldOutRuns, Recording, Run, Signal, Split, SplitRule, TrainingRuns};
 use candidate::Candidate;
+use cut::contradiction::StatedStretches;
 use decide::Limits;
 use evidence::Score;
 use experiment::{Experiment, HeldOut, Training};
@@ -204,6 +206,7 @@ struct Ready<'a> {
     before: Score,
     /// Stretches of the signal path that show no gap of their own.
     clean: Vec<cut::Cut>,
+    stretches: StatedStretches,
     known: Before,
     /// What was noticed in the data.
     checks: Vec<check::Finding>,
@@ -223,7 +226,8 @@ impl<'a> Ready<'a> {
         let floors = Floors::estimate(machine, &training, &held_out, &known.left)?;
         let before = Score::of(machine, &held_out, &floors.common)?;
         let clean = cut::clean(machine, training.runs())?;
-        Ok(Self { machine, training, held_out, floors, before, clean, known, checks })
+        let stretches = StatedStretches::of(machine, training.runs())?;
+        Ok(Self { machine, training, held_out, floors, before, clean, stretches, known, checks })
     }
 
     /// Takes the noise floors of another twin of the same machine; tells whether they are others.
@@ -255,6 +259,7 @@ impl<'a> Ready<'a> {
             held_out: &self.held_out,
             floors: &self.floors,
             catalogue: &catalogue,
+            stretches: &self.stretches,
             earlier,
             limits: &options.limits,
             progress: options.progress,

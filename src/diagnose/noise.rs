@@ -1,8 +1,8 @@
 //! The noise floor: how much of each signal not even a perfect twin could predict.
 
 mod dwell;
-mod standstill;
-mod vibration;
+pub(in crate::diagnose) mod standstill;
+pub(in crate::diagnose) mod vibration;
 
 use super::experiment::Experiment;
 use super::thresholds::STATED_NOISE;

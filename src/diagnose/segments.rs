@@ -1,18 +1,18 @@
 //! The signal path cut at every logged signal: which stretch of it disagrees with the twin.
 
 use super::experiment::Experiment;
+use super::logged_input::LoggedInput;
 use super::motion::Motion;
 use super::noise::Floor;
 use super::place::Share;
 use super::thresholds::ADEQUATE_GAP;
-use crate::controller::Input;
 use crate::drive::amplifier::SplitDelay;
 use crate::drive::motor::{Circuit, CircuitStep};
 use crate::effect::Constants;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
-use crate::sensor::{End, VelocityMemory};
+use crate::sensor::End;
 use crate::twin::load_positions;
 use rayon::prelude::*;
 
@@ -207,7 +207,7 @@ fn drive_train(machine: &Machine, position: &[f64], load: &[f64]) -> Stretch {
 /// machine whose controller is not stated.
 fn controller_effort(experiment: &Experiment, machine: &Machine, cuts: &Cuts) -> Option<Vec<f64>> {
     let (recorded, constants) = (experiment.recorded(), machine.constants());
-    let (controller, estimate) = (constants.controller.as_ref()?, &constants.velocity);
+    let controller = constants.controller.as_ref()?;
     let (period, start) = (experiment.run().sample_period_s(), recorded.start());
     let on_load = machine.description().load_sensor.as_ref().is_some_and(|s| s.closes_position_loop);
     let seen = if on_load { cuts.load? } else { cuts.position };
@@ -221,15 +221,10 @@ fn controller_effort(experiment: &Experiment, machine: &Machine, cuts: &Cuts) ->
         }
         (None, None) => 0.0,
     };
-    let mut velocity = VelocityMemory::moving(start.position, start.velocity, period);
+    let mut inputs = LoggedInput::of(experiment, machine, &constants);
     let mut memory = None;
     let effort = recorded.commands().iter().enumerate().map(|(k, command)| {
-        let input = Input {
-            position_reference: command.position_reference,
-            velocity_reference: command.velocity_reference,
-            position: seen[k],
-            velocity: estimate.update(&mut velocity, cuts.position[k], period),
-        };
+        let input = inputs.next(command, cuts.position[k], seen[k]);
         let memory =
             memory.get_or_insert_with(|| controller.memory_for(first - command.disturbance_v, input, period));
         command.disturbance_v + controller.effort_v(memory, input, period)

@@ -2,6 +2,7 @@
 
 use super::Progress;
 use super::candidate::Candidate;
+use super::cut::contradiction::StatedStretches;
 use super::decide::Limits;
 use super::estimate::Screen;
 use super::evidence::Score;
@@ -33,6 +34,8 @@ pub struct Search<'a> {
     pub floors: &'a Floors,
     /// Effects that may be named.
     pub catalogue: &'a [EffectId],
+    /// What the stretches of the signal path leave of the log, each replayed alone.
+    pub stretches: &'a StatedStretches,
     /// What an earlier search found with another floor: its fits are where this one's start.
     pub earlier: Option<&'a Found>,
     /// Limits of the decision.
@@ -346,7 +349,8 @@ impl Search<'_> {
             Predictive::of(score.clone())
         };
         let training_gap = self.floors.training_gap(self.machine, &fit, self.training, has_own_floor)?;
-        Ok(Candidate { fit, score, predictive, training_gap, has_own_floor, thorough })
+        let contradiction = self.stretches.contradiction(self.machine, &fit, self.training.runs())?;
+        Ok(Candidate { fit, score, predictive, training_gap, has_own_floor, contradiction, thorough })
     }
 
     /// Adds the best effect as long as that is beyond chance and material.

@@ -250,7 +250,7 @@ impl Reference {
     /// noise leaves of its held-out runs, whatever happened in its training runs.
     /// None does where its data are faulty, or in the rigid-body scene it fails.
     pub fn is_explained(&self) -> bool {
-        let may_be = matches!(self.withheld, None | Some(Veto::Unidentified));
+        let may_be = matches!(self.withheld, None | Some(Veto::Unidentified | Veto::Stretch));
         let leaves_little = self.gap_after <= ADEQUATE_GAP || self.open_share() <= 1.0 - LARGELY;
         self.verdict != Verdict::Unknown || may_be && leaves_little
     }

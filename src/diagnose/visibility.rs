@@ -17,6 +17,13 @@ pub struct NotExamined {
     pub reason: String,
 }
 
+impl NotExamined {
+    /// Whether the machine could have the effect: it was not looked at for want of a signal, a statement or a plant.
+    pub fn could_act(&self) -> bool {
+        self.reason != Lack::NothingToChange.sentence()
+    }
+}
+
 /// A catalogue divided into what a search can look at and what it cannot.
 #[derive(Debug, Clone, Default)]
 pub struct View {
@@ -46,7 +53,7 @@ impl View {
 /// Why an effect leaves no trace in any of these runs; none where it does.
 pub fn unseen(effect: EffectId, machine: &Machine, experiments: &[Experiment]) -> Option<&'static str> {
     // What another effect has brought (a mode, say) is no part that the machine file states: its description refuses the effect.
-    let refused = || effect.lacks(&machine.stated_constants()).filter(|lack| *lack == Lack::NothingToChange);
+    let refused = || effect.lacks(&machine.stated_constants()).filter(|lack| lack.is_refused());
     if let Some(lacking) = effect.lacks(&machine.constants()).or_else(refused) {
         return Some(lacking.sentence());
     }

@@ -92,7 +92,7 @@ macro_rules! catalogue {
 
             /// Whether a machine with these constants has nothing that the effect could change: it would do nothing.
             pub fn has_nothing_to_change(self, constants: &Constants) -> bool {
-                self.lacks(constants) == Some(Lack::NothingToChange)
+                self.lacks(constants).is_some_and(Lack::is_refused)
             }
 
             /// See [`Law::draw`].

@@ -77,7 +77,7 @@ impl Law for FlexibleMode {
 
     fn lacks(constants: &Constants) -> Option<Lack> {
         // No plant has a rotor that turns while its base moves.
-        (constants.rotor_inertia != 0.0).then_some(Lack::NothingToChange)
+        (constants.rotor_inertia != 0.0).then_some(Lack::RotorTurns)
     }
 
     const EQUATION: &'static str = "M·(η̈ + 2ζω·η̇ + ω²·η) = −F";

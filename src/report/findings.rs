@@ -47,9 +47,9 @@ pub(super) fn sentences(diagnosis: &Diagnosis) -> Vec<Sentence<'_>> {
     sentences
 }
 
-/// Findings that make a verdict doubtful, whatever it is: a twin that is not stable, a column that is not what it is taken for.
-const DOUBTS: [Check; 4] =
-    [Check::UnstableLoop, Check::StuckChannel, Check::SwappedSign, Check::ImplausibleUnit];
+/// Findings that make a verdict doubtful, whatever it is: a twin that is not stable, a column that is not what it is taken for, another control law.
+const DOUBTS: [Check; 5] =
+    [Check::UnstableLoop, Check::StuckChannel, Check::SwappedSign, Check::ImplausibleUnit, Check::ControlLaw];
 
 pub(super) fn is_doubt(sentence: &Sentence) -> bool {
     sentence.severity == Severity::Warning && DOUBTS.contains(&sentence.check)

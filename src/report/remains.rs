@@ -27,13 +27,21 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
     match diagnosis.verdict {
         Verdict::Unknown => {
             format!(
-                " A gap of {left} remains that no effect of the catalogue explains{}.",
-                largest(diagnosis, motion)
+                " A gap of {left} remains that no effect of the catalogue explains{}.{}",
+                largest(diagnosis, motion),
+                not_examined(diagnosis)
             )
         }
         _ if diagnosis.gap.after > REMAINS => format!(" A gap of {left} remains unexplained."),
         _ => String::new(),
     }
+}
+
+/// Effects that the machine could have and that were not looked at: that no effect explains the gap is not said of them.
+pub(super) fn not_examined(diagnosis: &Diagnosis) -> String {
+    let open = diagnosis.not_examined.iter().filter(|not| not.could_act());
+    let phrases: Vec<String> = open.map(|not| phrase(&not.effect)).collect();
+    if phrases.is_empty() { String::new() } else { format!(" Not examined: {}.", listed(&phrases)) }
 }
 
 /// What calibration alone leaves, where it closes most of the gap: what the causes close with it is not all to their credit.

@@ -2,7 +2,7 @@
 
 use super::changes;
 use super::number::{percent, plain, probability, value};
-use super::remains::{by_calibration, largest, only_in_training, remains, unexplained_signals};
+use super::remains::{by_calibration, largest, not_examined, only_in_training, remains, unexplained_signals};
 use super::withheld;
 use super::words::{described, listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
@@ -166,7 +166,7 @@ fn unknown(diagnosis: &Diagnosis, motion: Motion) -> String {
             times_noise(gap.before)
         );
     }
-    text + &largest(diagnosis, motion) + "." + &unexplained_signals(diagnosis)
+    text + &largest(diagnosis, motion) + "." + &unexplained_signals(diagnosis) + &not_examined(diagnosis)
 }
 
 fn capitalised(text: &str) -> String {

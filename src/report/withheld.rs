@@ -29,7 +29,9 @@ pub(super) fn reasons(diagnosis: &Diagnosis, withheld: &Withheld) -> Vec<String>
             .take(MOST)
             .map(|sentence| sentence.text())
             .collect(),
-        Veto::Reference | Veto::Unidentified | Veto::RigidBody => vec![withheld.reason.clone()],
+        Veto::Reference | Veto::Unidentified | Veto::Stretch | Veto::RigidBody => {
+            vec![withheld.reason.clone()]
+        }
     }
 }
 
@@ -39,6 +41,7 @@ pub(super) fn title(by: Veto) -> &'static str {
         Veto::Data => "Fault in the data",
         Veto::Reference => "Reference not explained",
         Veto::Unidentified => "Explanation not identified",
+        Veto::Stretch => "Contradicted by the log",
         Veto::RigidBody => "Not confirmed in the rigid-body scene",
     }
 }
@@ -69,6 +72,10 @@ pub(super) fn what_to_do(by: Veto) -> &'static str {
         }
         Veto::Unidentified => {
             "Put nothing into machine.toml: look at the machine where the gap is largest, or record longer or wider motions."
+        }
+        Veto::Stretch => {
+            "Put nothing into machine.toml: compare what it states of that stretch with what runs there. A controller may have feed-forward terms, filters or a delay of the \
+             reference; a drive may add a voltage behind the logged effort."
         }
         Veto::RigidBody => {
             "Put nothing into machine.toml: look at what the rigid-body scene has beyond the reduced axis (attitude, loads of the sliders), \

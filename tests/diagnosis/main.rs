@@ -7,6 +7,7 @@ mod changed_gain;
 mod check;
 mod coarse_encoder;
 mod compare;
+mod control_law;
 mod delta_a3;
 mod diagnose;
 mod discrepancy;

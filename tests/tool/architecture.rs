@@ -369,7 +369,7 @@ fn exact_machine_named_in_code_is_caught() {
 /// Every number that decides a verdict, by its name in `thresholds.rs`.
 const MOST_THRESHOLDS: usize = 10;
 /// Files of the diagnosis whose predicates give, withhold or change a verdict, and the numbers of their own that say how something is computed.
-const DECIDING: [(&str, &[&str]); 23] = [
+const DECIDING: [(&str, &[&str]); 26] = [
     ("decide", &[]),
     ("grounds", &[]),
     ("found", &[]),
@@ -386,6 +386,9 @@ const DECIDING: [(&str, &[&str]); 23] = [
     ("evidence", &["LARGEST", "1e-300"]), // what a residual that is no number counts as, and no division by zero
     ("candidate", &["EDGE", "1e3"]),      // rounding at the bound of a range
     ("prove", &["LONGEST_S"]),            // what the rigid-body scene has time for
+    ("cut/contradiction", &[]),
+    ("cut/at_rest", &["ROUNDING"]), // rounding of numbers
+    ("check/missing_term", &["CONVENTION"]), // how a derivative is taken, in samples
     ("check/mod", &[]),
     ("check/late", &[]),
     ("check/shift", &[]),

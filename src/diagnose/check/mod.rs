@@ -15,6 +15,7 @@ mod inertia;
 mod late;
 mod law;
 mod missing;
+mod missing_term;
 mod projection;
 mod second_sensor;
 mod shift;
@@ -29,6 +30,7 @@ use super::experiment::Experiment;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
 use crate::twin::LinearLoop;
+use missing_term::Missing;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use smoothed::Smoothed;
@@ -55,6 +57,8 @@ pub enum Check {
     WeakExcitation,
     /// A recorded channel that is late, as opposed to a loop that is.
     ChannelDelay,
+    /// A control law that is not the one that ran.
+    ControlLaw,
     /// A column with the wrong sign.
     SwappedSign,
     /// A column in another unit than stated.
@@ -141,6 +145,8 @@ pub fn check(machine: &Machine, training: &[Experiment], held_out: &[Experiment]
     let smoothed: Vec<&Smoothed> = looked[..training.len()].iter().map(|look| &look.smoothed).collect();
     findings.extend(excitation::excitation(machine, training, &smoothed));
     findings.extend(missing::missing(&all));
+    let terms: Vec<Option<Missing>> = looked.iter().map(|look| look.missing).collect();
+    findings.extend(all.first().and_then(|first| missing_term::finding(&terms, first.run().motion())));
     let unstable = LinearLoop::warning(machine);
     findings.extend(unstable.map(|text| Finding::warning("", Check::UnstableLoop, text)));
     agreed(&mut findings, &all);
@@ -175,6 +181,7 @@ fn agreed(findings: &mut [Finding], all: &[&Experiment]) {
 struct Look {
     findings: Vec<Finding>,
     late: Vec<late::Late>,
+    missing: Option<Missing>,
     smoothed: Smoothed,
 }
 
@@ -183,7 +190,7 @@ impl Look {
         let run = experiment.run();
         // A setting that the machine does not have is refused where the run is replayed.
         let machine = &experiment.machine(machine).unwrap_or_else(|_| machine.clone());
-        let smoothed = Smoothed::of(experiment);
+        let smoothed = Smoothed::of(experiment, machine);
         let mut findings = timing::timing(run);
         findings.extend(travel::of_run(experiment));
         findings.extend(stuck::stuck(experiment));
@@ -193,6 +200,7 @@ impl Look {
         findings.extend(unit::unit(run, machine, &smoothed));
         findings.extend(second_sensor::offset(run, machine));
         let late = if signs.position_is_swapped() { Vec::new() } else { alignment::late(machine, &smoothed) };
-        Self { findings, late, smoothed }
+        let missing = if late.is_empty() { missing_term::missing(machine, &smoothed) } else { None };
+        Self { findings, late, missing, smoothed }
     }
 }

@@ -1,8 +1,10 @@
 //! A run's signals smoothed alike, so that they can be compared sample by sample.
 
 use super::super::experiment::Experiment;
+use crate::controller::ReferenceDelay;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use crate::twin::Command;
 use std::collections::BTreeMap;
 
 /// Half width of one pass of the smoothing in s: three passes leave what is slower than about 60 Hz, below most
@@ -30,6 +32,11 @@ pub struct Smoothed {
     pub most_shift: usize,
     /// Every logged signal, smoothed.
     pub signals: BTreeMap<Signal, Vec<f64>>,
+    /// Position and velocity reference as the controller acts on them, as late as the machine states, smoothed; empty where they are not known sample by
+    /// sample.
+    pub acted_on: [Vec<f64>; 2],
+    /// Sign of the commanded velocity, smoothed.
+    pub direction: Vec<f64>,
     /// What was fed forward beside the effort in V, smoothed.
     feedforward_v: Vec<f64>,
     /// Velocity in m/s or rad/s.
@@ -43,8 +50,8 @@ pub struct Smoothed {
 }
 
 impl Smoothed {
-    /// Smooths a run.
-    pub fn of(experiment: &Experiment) -> Self {
+    /// Smooths a run of a machine.
+    pub fn of(experiment: &Experiment, machine: &Machine) -> Self {
         let run = experiment.run();
         let period_s = run.sample_period_s();
         let half = ((HALF_WIDTH_S / period_s).round() as usize).max(1);
@@ -60,9 +67,24 @@ impl Smoothed {
         let slow: Vec<bool> = velocity.iter().map(|v| v.abs() <= SLOW * fastest).collect();
         let clear = |k: &usize| slow[k - reach..=k + reach].iter().all(|slow| !slow);
         let moving = inner.iter().copied().filter(clear).collect();
-        let fed: Vec<f64> = experiment.recorded().commands().iter().map(|c| c.feedforward_v).collect();
-        let feedforward_v = smooth(&fed, half);
-        Self { period_s, most_shift, signals, feedforward_v, velocity, acceleration, inner, moving }
+        let commanded = |of: fn(&Command) -> f64| -> Vec<f64> {
+            smooth(&experiment.recorded().commands().iter().map(of).collect::<Vec<f64>>(), half)
+        };
+        let feedforward_v = commanded(|command| command.feedforward_v);
+        let direction = commanded(|command| sign(command.velocity_reference));
+        let acted_on = late_references(experiment, machine).map(|reference| smooth(&reference, half));
+        Self {
+            period_s,
+            most_shift,
+            signals,
+            feedforward_v,
+            velocity,
+            acceleration,
+            inner,
+            moving,
+            acted_on,
+            direction,
+        }
     }
 
     /// A smoothed signal, if it was logged.
@@ -127,8 +149,29 @@ fn smooth(samples: &[f64], half: usize) -> Vec<f64> {
     smooth
 }
 
+/// The position and velocity reference of a run, as late as the machine states.
+fn late_references(experiment: &Experiment, machine: &Machine) -> [Vec<f64>; 2] {
+    let (run, commands) = (experiment.run(), experiment.recorded().commands());
+    if run.signal(Signal::PositionReference).is_none() || commands.len() != run.len() {
+        return [Vec::new(), Vec::new()];
+    }
+    let mut delay = ReferenceDelay::new(machine.description().reference.delay_s, run.sample_period_s());
+    let acted_on = commands.iter().map(|command| {
+        let [position, velocity] = [command.position_reference, command.velocity_reference];
+        delay.as_mut().map_or([position, velocity], |delay| delay.pass(position, velocity))
+    });
+    let [position, velocity]: [Vec<f64>; 2] =
+        acted_on.map(|[position, velocity]| (position, velocity)).unzip().into();
+    [position, velocity]
+}
+
+/// −1, 0 or 1.
+fn sign(x: f64) -> f64 {
+    if x == 0.0 { 0.0 } else { x.signum() }
+}
+
 /// First and second central differences; zero at the ends.
-fn differences(position: &[f64], period_s: f64) -> (Vec<f64>, Vec<f64>) {
+pub fn differences(position: &[f64], period_s: f64) -> (Vec<f64>, Vec<f64>) {
     let (mut first, mut second) = (vec![0.0; position.len()], vec![0.0; position.len()]);
     for (k, x) in position.windows(3).enumerate() {
         first[k + 1] = (x[2] - x[0]) / (2.0 * period_s);

@@ -3,6 +3,8 @@
 //! A stretch whose own replay shows no gap is not where the gap comes from, whatever the closed loop makes of it:
 //! effects that act in it are no explanation.
 
+mod at_rest;
+pub mod contradiction;
 mod residual;
 mod scales;
 

@@ -1,13 +1,13 @@
 //! Residuals of single stretches of the signal path, from measured input to measured output.
 
-use crate::controller::Input;
+use crate::controller::Memory;
 use crate::diagnose::experiment::Experiment;
+use crate::diagnose::logged_input::LoggedInput;
 use crate::drive::amplifier::SplitDelay;
 use crate::drive::motor::CircuitStep;
 use crate::effect::Constants;
 use crate::machine::Machine;
 use crate::recording::Signal;
-use crate::sensor::VelocityMemory;
 
 /// Measured thrust less force constant times measured current, in N or N·m; none where one is not logged.
 pub fn force_residual(experiment: &Experiment, constants: &Constants) -> Option<Vec<f64>> {
@@ -18,7 +18,7 @@ pub fn force_residual(experiment: &Experiment, constants: &Constants) -> Option<
 }
 
 /// Samples after which a velocity estimate has forgotten how it began.
-const FORGETTING: usize = 64;
+pub const FORGETTING: usize = 64;
 
 /// Measured effort less what the controller computes from measured reference and position, in V; none at uneven times.
 pub fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option<Vec<f64>> {
@@ -30,20 +30,18 @@ pub fn controller_residual(experiment: &Experiment, machine: &Machine) -> Option
     let on_load = machine.description().load_sensor.as_ref().is_some_and(|s| s.closes_position_loop);
     let controlled = if on_load { run.signal(Signal::LoadPosition)? } else { position };
     let constants = machine.constants();
-    let (controller, estimate) = (constants.controller.as_ref()?, &constants.velocity);
-    let (period, start) = (run.sample_period_s(), experiment.recorded().start());
-    let mut velocity = VelocityMemory::moving(start.position, start.velocity, period);
+    let (controller, period) = (constants.controller.as_ref()?, run.sample_period_s());
+    let mut inputs = LoggedInput::of(experiment, machine, &constants);
     let mut memory = None;
     let residual = experiment.recorded().commands().iter().enumerate().filter_map(|(k, command)| {
-        let input = Input {
-            position_reference: command.position_reference,
-            velocity_reference: command.velocity_reference,
-            position: controlled[k],
-            velocity: estimate.update(&mut velocity, position[k], period),
-        };
+        let input = inputs.next(command, position[k], controlled[k]);
         // The estimate forgets what stood before the run; the integral part, taken over then, does not.
         if k < FORGETTING {
             return None;
+        }
+        if !command.is_enabled {
+            memory = Some(Memory::default()); // it begins anew when it is enabled
+            return Some(0.0);
         }
         let own = effort[k] / constants.log_scale.effort - command.disturbance_v;
         let memory = memory.get_or_insert_with(|| controller.memory_for(own, input, period));
