@@ -16,7 +16,9 @@ use super::parameter::{NORMAL_975, Parameter};
 use super::phase::RunPhase;
 use super::prior::price;
 use super::rivals::{INDISTINCT, better, rivals};
-use super::verdict::{Calibration, Cause, EffectProbability, Gap, OpenSignal, Ranked, SignalGap};
+use super::verdict::{
+    Calibration, Cause, EffectProbability, FollowingError, Gap, OpenSignal, Ranked, SignalGap,
+};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -218,6 +220,17 @@ pub fn with_open_signals(gap: Gap, found: &Found, before: &Score, machine: &Mach
     };
     let unexplained_signals = evidence.deciding_signals(&found.limits).into_iter().map(open).collect();
     Gap { unexplained_signals, ..gap }
+}
+
+/// By how much the machine is off its reference in these runs.
+pub fn following_error(runs: &[Experiment]) -> Option<FollowingError> {
+    let pairs = runs.iter().filter_map(|experiment| {
+        let run = experiment.run();
+        run.signal(Signal::PositionReference).zip(run.signal(Signal::Position))
+    });
+    let samples =
+        pairs.flat_map(|(reference, position)| reference.iter().copied().zip(position.iter().copied()));
+    FollowingError::of(samples)
 }
 
 /// Gap before and after, signal by signal.

@@ -44,6 +44,7 @@ mod locate;
 mod logged_input;
 mod long_steps;
 mod measured;
+mod modal_masses;
 mod mode_search;
 pub mod motion;
 pub mod next_experiment;
@@ -135,7 +136,7 @@ pub enum Progress<'a> {
     Fitted(&'a str),
 }
 
-/// Beyond so many samples further ones of the same motion tell little: parameters are known to σ/√N of a gap that is many σ.
+/// Beyond so many samples further ones of the same motion tell little.
 pub const MOST_SAMPLES: usize = 40_000;
 
 impl Default for Options<'_> {
@@ -315,7 +316,7 @@ impl<'a> Ready<'a> {
             )?,
             left: self.left(verdict, &gap, &improved, floor)?,
             gap,
-            following_error: self.following_error(),
+            following_error: conclude::following_error(self.held_out.runs()),
             place,
             unexplained,
             next_experiment,
@@ -334,9 +335,11 @@ impl<'a> Ready<'a> {
     fn widen_errors(&self, found: &mut Found) -> Result<Folds> {
         let known = found.uncertainties.remove(&found.chosen);
         let fit = &mut found.candidates[found.chosen].fit;
-        let Uncertainty { fit: wide, folds } = match known {
-            Some(known) => known,
-            None => Uncertainty::of(self.machine, fit, &self.training, &self.floors.common)?,
+        let (training, floor) = (&self.training, &self.floors.common);
+        let known = known.map_or_else(|| Uncertainty::of(self.machine, fit, training, floor), Ok)?;
+        let Uncertainty { fit: wide, folds } = match self.known.reference {
+            Some(_) => known, // one base, before and after
+            None => known.beside_modal_masses(self.machine, training, floor)?,
         };
         (fit.standard_errors, fit.covariance) = (wide.standard_errors, wide.covariance);
         Ok(folds)
@@ -389,16 +392,6 @@ impl<'a> Ready<'a> {
             false => (self.held_out.runs(), "held-out"),
         };
         shape::shape(improved, runs, name, floor).map(Some)
-    }
-
-    fn following_error(&self) -> Option<verdict::FollowingError> {
-        let pairs = self.held_out.runs().iter().filter_map(|experiment| {
-            let run = experiment.run();
-            run.signal(Signal::PositionReference).zip(run.signal(Signal::Position))
-        });
-        let samples =
-            pairs.flat_map(|(reference, position)| reference.iter().copied().zip(position.iter().copied()));
-        verdict::FollowingError::of(samples)
     }
 
     /// Sets the phases of a vibration among the causes, of all runs.

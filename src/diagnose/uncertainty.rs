@@ -5,7 +5,7 @@ use super::fit::Fit;
 use super::folds::Folds;
 use super::linearised::Linearised;
 use super::noise::Floor;
-use super::{discrepancy, integration_error, sensor_bias};
+use super::{discrepancy, integration_error, modal_masses, sensor_bias};
 use crate::error::Result;
 use crate::machine::Machine;
 
@@ -38,5 +38,21 @@ impl Uncertainty {
             added.iter().flatten().for_each(|covariance| wide.widen(covariance));
         }
         Ok(Self { fit: wide, folds })
+    }
+
+    /// With what the tolerance of the base's modal masses adds; see [`modal_masses::covariance`]. It makes all forces uncertain by one share, which is no question
+    /// of whether an effect acts.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub fn beside_modal_masses(
+        mut self,
+        machine: &Machine,
+        training: &Training,
+        floor: &Floor,
+    ) -> Result<Self> {
+        let added = modal_masses::covariance(machine, &self.fit, training.runs(), floor)?;
+        added.iter().for_each(|covariance| self.fit.widen(covariance));
+        Ok(self)
     }
 }

@@ -387,7 +387,7 @@ const DECIDING: [(&str, &[&str]); 26] = [
     ("candidate", &["EDGE", "1e3"]),      // rounding at the bound of a range
     ("prove", &["LONGEST_S"]),            // what the rigid-body scene has time for
     ("cut/contradiction", &[]),
-    ("cut/at_rest", &["ROUNDING"]), // rounding of numbers
+    ("cut/at_rest", &["ROUNDING"]),          // rounding of numbers
     ("check/missing_term", &["CONVENTION"]), // how a derivative is taken, in samples
     ("check/mod", &[]),
     ("check/late", &[]),
