@@ -57,13 +57,13 @@ impl Candidate {
         self.predictive.score.is_adequate() && self.training_gap <= ADEQUATE_GAP
     }
 
-    /// Whether every effect shows (see [`Fit::shown`]), no number went to the end of where a fit may look, and the log does not contradict it.
+    /// Whether every effect shows (see [`Fit::shown`]), no number went to the end of where a fit may look, and the effort at rest does not contradict it.
     pub(super) fn is_resolved(&self) -> bool {
         self.unidentified().is_none()
     }
 
-    /// Why the training runs do not identify it, where an effect of it does not show, a number went to the end of where a fit may look, or the log
-    /// contradicts it.
+    /// Why the training runs do not identify it, where an effect of it does not show, a number went to the end of where a fit may look, or the effort
+    /// at rest contradicts it.
     pub(super) fn unidentified(&self) -> Option<Unidentified> {
         let hidden = self.effects().iter().find(|effect| !self.fit.shown.contains(*effect));
         let hidden = hidden.map(|effect| Unidentified::NotSignificant { effect: effect.name() });
@@ -77,8 +77,14 @@ impl Candidate {
                 unit: free.unit,
             })
         };
-        let contradicted = || self.contradiction.map(Unidentified::Contradicted);
-        hidden.or_else(ran_off).or_else(contradicted)
+        let at_rest = self.contradiction.filter(|against| *against == Contradiction::AtRest);
+        hidden.or_else(ran_off).or_else(|| at_rest.map(Unidentified::Contradicted))
+    }
+
+    /// What forbids a verdict on it beside [`Self::unidentified`]: a stretch that stays open. That is no fault of its effects, others are missing beside them, and what is built
+    /// upon it may close the stretch.
+    pub(super) fn incomplete(&self) -> Option<Unidentified> {
+        self.contradiction.map(Unidentified::Contradicted)
     }
 
     /// Whether it has a line of the noise among its effects: a period or a frequency was searched, and what was found there

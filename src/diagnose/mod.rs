@@ -417,7 +417,8 @@ impl<'a> Ready<'a> {
             is_explained: before.is_explained(),
             gap_after: before.gap_after,
         });
-        let unidentified = found.candidates[found.chosen].unidentified();
+        let chosen = &found.candidates[found.chosen];
+        let unidentified = chosen.unidentified().or_else(|| chosen.incomplete());
         let unidentified = unidentified.as_ref();
         let grounds = grounds::Grounds { checks: &self.checks, reference, unidentified, rigid_body };
         decide::decide(&found.evidence(found.chosen, &self.before, floor.is_measured()), limits, &grounds)
