@@ -136,7 +136,7 @@ pub enum Progress<'a> {
     Fitted(&'a str),
 }
 
-/// Beyond so many samples further ones of the same motion tell little.
+/// Beyond so many samples further ones of the same motion tell little: parameters are known to σ/√N of a gap that is many σ.
 pub const MOST_SAMPLES: usize = 40_000;
 
 impl Default for Options<'_> {

@@ -75,9 +75,11 @@ pub fn law(machine: &Machine, smoothed: &Smoothed, velocity: VelocitySource) -> 
         let channels = [Signal::ControlEffort, Signal::Position, Signal::PositionReference];
         late = channels.into_iter().filter_map(find).filter(explains).collect();
     }
-    // A feed-forward that the law does not state acts ahead of its reference, as a late channel of it makes the law seem to act.
-    let fed_forward = relation.left_with(relation.acceleration()).unwrap_or(f64::INFINITY);
-    late.retain(|(_, shift)| is_clearly_less(shift.after, fed_forward));
+    if !late.is_empty() {
+        // A feed-forward that the law does not state acts ahead of its reference, as a late channel of it makes the law seem to act.
+        let fed_forward = relation.left_with(relation.acceleration()).unwrap_or(f64::INFINITY);
+        late.retain(|(_, shift)| is_clearly_less(shift.after, fed_forward));
+    }
     let least = late.iter().map(|(_, shift)| shift.after).fold(f64::INFINITY, f64::min);
     late.retain(|(_, shift)| !is_clearly_less(least.max(EXACT), shift.after));
     match late.is_empty() {
@@ -185,7 +187,7 @@ impl<'a> Relation<'a> {
         columns.iter().map(|column| self.at(column, 0)).collect()
     }
 
-    /// Which of these terms is the reference's velocity.
+    /// Which of these terms is the reference's velocity: a constant and the position error stand before it (see [`Self::columns`]).
     pub(super) fn rate_column(&self) -> Option<usize> {
         (!matches!(self.controller, Controller::Pdf(_))).then_some(2)
     }

@@ -11,7 +11,7 @@ use crate::recording::Signal;
 use crate::units::{Motion, engineering};
 
 /// A velocity reference that acts earlier or later than the law computes it by no more than so many samples is told otherwise than by a backward difference:
-/// a central one acts half a sample earlier.
+/// a central one acts half a sample earlier. The bound is half way from there to a whole sample.
 const CONVENTION: f64 = 0.75;
 
 /// A term of the reference that the law does not have.

@@ -25,8 +25,11 @@ pub struct Rest {
 impl Rest {
     /// Adds a run of the machine as it was set in it.
     pub fn add(&mut self, experiment: &Experiment, machine: &Machine) {
-        let Some(left) = controller_residual(experiment, machine) else { return };
+        let Some(mut left) = controller_residual(experiment, machine) else { return };
         let Some(effort) = experiment.run().signal(Signal::ControlEffort) else { return };
+        // In the unit of the log: a machine whose log is scaled must not scale what is compared.
+        let scale = machine.constants().log_scale.effort;
+        left.iter_mut().for_each(|sample| *sample *= scale);
         for still in settled(experiment) {
             let from = still.start.max(FORGETTING);
             if from >= still.end {
