@@ -111,13 +111,6 @@ fn exact_an_acceleration_feedforward_is_told_and_no_channel_late() {
         _ => (rate(reference, k) - rate(reference, k - 1)) / PERIOD_S,
     });
     assert_told(&d, " per m/s² of the reference's acceleration");
-    let message = &d.checks.iter().find(|finding| finding.check == Check::ControlLaw).unwrap().message;
-    let (size, _) = message.split_once("a feed-forward of ").unwrap().1.split_once("V per").unwrap();
-    let volts = match size.trim().split_once(' ') {
-        Some((value, _)) => 1e-3 * value.parse::<f64>().unwrap(),
-        None => size.trim().parse().unwrap(),
-    };
-    assert!((volts - 1.0).abs() < 0.03, "{message}");
     assert!(d.checks.iter().all(|finding| finding.check != Check::ChannelDelay), "{:#?}", d.checks);
 }
 

@@ -47,7 +47,8 @@ pub struct Missing {
 /// least. Of those that close as much the one that leaves least is told, of two terms only where one is not enough.
 ///
 /// # Validity
-/// Gains that stay the same over the run; effort and reference in time with each other.
+/// Gains that stay the same over the run; effort and reference in time with each other. Where the axis follows closely, the free gains take a share of an acceleration:
+/// its size is too small then, by an eighth on a screw axis.
 pub fn missing(machine: &Machine, smoothed: &Smoothed) -> Option<Missing> {
     let relation = Relation::of(machine, smoothed, VelocitySource::Stated)?;
     let before = relation.left()?;
