@@ -24,6 +24,25 @@ const MORE_DAMPING: f64 = 20.0;
 /// Smallest element of the diagonal that damps: a parameter that the data do not determine stays where it is.
 const SMALLEST_DIAGONAL: f64 = 1e-12;
 
+/// Where a descent begins.
+#[derive(Clone)]
+pub(super) struct Begun {
+    pub(super) values: Vec<f64>,
+    /// The residuals there.
+    pub(super) residuals: DVector<f64>,
+}
+
+impl Begun {
+    /// At these values of an objective.
+    ///
+    /// # Errors
+    /// A setting of a run that the machine does not have.
+    pub(super) fn at(objective: &Objective, values: Vec<f64>) -> Result<Self> {
+        let residuals = objective.residuals(&values)?;
+        Ok(Self { values, residuals })
+    }
+}
+
 /// Where a descent ended.
 pub(super) struct Arrived {
     pub(super) values: Vec<f64>,
@@ -39,12 +58,11 @@ pub(super) struct Arrived {
 /// A setting of a run that the machine does not have.
 pub(super) fn descend(
     objective: &Objective,
-    mut values: Vec<f64>,
+    Begun { mut values, mut residuals }: Begun,
     care: Care,
     iterations: usize,
 ) -> Result<Arrived> {
     let free = &objective.hypothesis.free;
-    let mut residuals = objective.residuals(&values)?;
     let mut damping = FIRST_DAMPING;
     if free.is_empty() {
         return Ok(Arrived { values, residuals, jacobian: None });

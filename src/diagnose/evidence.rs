@@ -271,7 +271,11 @@ fn of(list: &[(Channel, f64)], channel: Channel) -> Option<f64> {
     list.iter().find(|(c, _)| *c == channel).map(|(_, value)| *value)
 }
 
-fn predictions(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Traces>> {
+/// What a machine's twin predicts of each of these runs, sensors perfect.
+///
+/// # Errors
+/// A setting of a run that the machine does not have.
+pub(super) fn predictions(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Traces>> {
     experiments.par_iter().map(|experiment| experiment.predict(machine, Sensing::Perfect)).collect()
 }
 

@@ -40,6 +40,7 @@ pub fn covariance(linear: &Linearised, fitted: &Machine) -> Result<DMatrix<f64>>
 mod tests {
     use super::*;
     use crate::diagnose::care::Care;
+    use crate::diagnose::descent::Begun;
     use crate::diagnose::experiment::Experiment;
     use crate::diagnose::fit::Fit;
     use crate::diagnose::long_steps::descend_from;
@@ -64,7 +65,8 @@ mod tests {
         let floor = Floor::estimate(&machine, &[&run]).unwrap();
         let runs = [run];
         let objective = Objective::new(&machine, &hypothesis, &runs, &floor);
-        let values = descend_from(&objective, truth.to_vec(), Care::Thorough, 60).unwrap().values;
+        let start = Begun::at(&objective, truth.to_vec()).unwrap();
+        let values = descend_from(&objective, start, Care::Thorough, 60).unwrap().values;
         let fit = Fit {
             hypothesis: hypothesis.clone(),
             values,

@@ -1,7 +1,7 @@
 //! Fits to the end that go most of their way in long steps of the plant.
 
 use super::care::Care;
-use super::descent::{Arrived, descend};
+use super::descent::{Arrived, Begun, descend};
 use super::objective::Objective;
 use crate::error::Result;
 
@@ -19,24 +19,26 @@ use crate::error::Result;
 /// D. Echeverría, P. W. Hemker (2005), *Space mapping and defect correction*, Comput. Methods Appl. Math. 5:107.
 pub(super) fn descend_from(
     objective: &Objective,
-    start: Vec<f64>,
+    start: Begun,
     care: Care,
     iterations: usize,
 ) -> Result<Arrived> {
-    let values = match care {
+    let start = match care {
         Care::Rough(_) => start,
         Care::Thorough => descended_in_long_steps(objective, start, iterations)?,
     };
-    descend(objective, values, care, iterations)
+    descend(objective, start, care, iterations)
 }
 
 /// Where the fit in long steps ends; the start where there are none.
-fn descended_in_long_steps(objective: &Objective, start: Vec<f64>, iterations: usize) -> Result<Vec<f64>> {
-    let fine = objective.residuals(&start)?;
-    let Some((long, residuals)) = objective.lengthened(&start, &fine)? else { return Ok(start) };
-    let defect = fine - residuals;
+fn descended_in_long_steps(objective: &Objective, start: Begun, iterations: usize) -> Result<Begun> {
+    let fine = &start.residuals;
+    let Some((long, residuals)) = objective.lengthened(&start.values, fine)? else { return Ok(start) };
+    let defect = fine - &residuals;
     let corrected = Objective { defect: Some(&defect), ..long };
-    Ok(descend(&corrected, start, Care::Thorough, iterations)?.values)
+    let begun = Begun { values: start.values, residuals: residuals + &defect };
+    let values = descend(&corrected, begun, Care::Thorough, iterations)?.values;
+    Begun::at(objective, values)
 }
 
 #[cfg(test)]
@@ -106,8 +108,8 @@ pub(super) mod tests {
         let floor = Floor::estimate(&stated, &[&runs[0]]).unwrap();
         let objective = Objective::new(&stated, &hypothesis, &runs, &floor);
         let off = |values: &[f64]| (values[0] / truth[0] - 1.0).abs().max((values[1] / truth[1] - 1.0).abs());
-        let start = vec![58.0, 1e7];
-        let long = descended_in_long_steps(&objective, start.clone(), 60).unwrap();
+        let start = Begun::at(&objective, vec![58.0, 1e7]).unwrap();
+        let long = descended_in_long_steps(&objective, start.clone(), 60).unwrap().values;
         let fine = descend_from(&objective, start, Care::Thorough, 60).unwrap().values;
         assert!(off(&long) > 10.0 * off(&fine) && off(&fine) < 1e-4, "{long:?} {fine:?}");
     }

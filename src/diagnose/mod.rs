@@ -226,8 +226,8 @@ impl<'a> Ready<'a> {
         let checks = check::check(machine, training.runs(), held_out.runs());
         let floors = Floors::estimate(machine, &training, &held_out, &known.left)?;
         let before = Score::of(machine, &held_out, &floors.common)?;
-        let clean = cut::clean(machine, training.runs())?;
-        let stretches = StatedStretches::of(machine, training.runs())?;
+        let stated = cut::stated(machine, training.runs())?;
+        let (clean, stretches) = (cut::clean(&stated)?, StatedStretches::of(machine, &stated)?);
         Ok(Self { machine, training, held_out, floors, before, clean, stretches, known, checks })
     }
 

@@ -173,6 +173,16 @@ impl<'a> Objective<'a> {
         Ok((0..count).map(of).collect())
     }
 
+    /// Normalised residuals of what was predicted for the runs, one prediction a run.
+    pub(super) fn residuals_from(&self, traces: &[Traces]) -> DVector<f64> {
+        let runs = self
+            .experiments
+            .iter()
+            .zip(traces)
+            .flat_map(|(experiment, traces)| self.of_run(experiment, traces));
+        DVector::from_vec(runs.map(finite).collect())
+    }
+
     /// Normalised residuals of one run, signal after signal.
     fn of_run(&self, experiment: &Experiment, predicted: &Traces) -> Vec<f64> {
         let of = |&signal: &Signal| self.floor.normalised_every(experiment, signal, predicted, self.stride);

@@ -1,6 +1,6 @@
 //! How well a hypothesis predicts the held-out runs where its numbers are as uncertain as the training runs leave them.
 
-use super::evidence::Score;
+use super::evidence::{Score, predictions};
 use super::experiment::HeldOut;
 use super::fit::{Fit, inside};
 use super::noise::Floor;
@@ -87,14 +87,16 @@ pub fn predictive(
             break;
         }
         let free = fit.hypothesis.free.iter().zip(&fit.values).zip(&update.step);
-        let moved: Vec<f64> = free.map(|((free, value), step)| value + step * free.scale).collect();
-        let values = inside(&fit.hypothesis, &moved);
-        let residuals = objective.residuals(&values)?;
+        let beyond: Vec<f64> = free.map(|((free, value), step)| value + step * free.scale).collect();
+        let values = inside(&fit.hypothesis, &beyond);
+        let Ok(moved) = fit.hypothesis.machine(machine, &values) else { break };
+        let traces = predictions(&moved, held_out.runs())?;
+        let residuals = objective.residuals_from(&traces);
         let there = cost(&residuals, update.strain);
         if there > now {
             break;
         }
-        let score = Score::of(&fit.hypothesis.machine(machine, &values)?, held_out, floor)?;
+        let score = Score::of_traces(held_out.runs(), &traces, floor);
         let way = fit.hypothesis.free.iter().zip(values.iter().zip(&fit.values));
         let way = way.map(|(free, (there, fitted))| (there - fitted) / free.scale);
         // Not the step of the update: that may have ended at a bound.

@@ -2,7 +2,7 @@
 
 use super::at_rest::Rest;
 use super::scales::Scales;
-use super::{Cut, residual};
+use super::{Cut, Stated, residual};
 use crate::diagnose::experiment::Experiment;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::free::Free;
@@ -12,7 +12,6 @@ use crate::effect::{EffectId, Stretch};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
-use crate::twin::Sensing;
 
 /// Why the log contradicts an explanation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -48,32 +47,27 @@ struct StatedStretch {
 const SMOOTH: usize = 2;
 
 impl StatedStretches {
-    /// Those of these runs; none are told where one of them has no closed loop.
+    /// Those of these runs of a machine; none are told of no runs.
     ///
     /// # Errors
     /// Whatever a replay refuses.
-    pub fn of(machine: &Machine, experiments: &[Experiment]) -> Result<Self> {
+    pub fn of(machine: &Machine, runs: &[Stated]) -> Result<Self> {
+        let experiments: Vec<&Experiment> = runs.iter().map(|run| run.experiment).collect();
         let mut stretches = Vec::new();
-        if experiments.iter().any(|experiment| experiment.input().is_some()) {
-            return Ok(Self { at_rest: Rest::default(), stretches });
-        }
-        for cut in CUTS {
-            let Some(left) = left(cut, machine, experiments)? else { continue };
+        for cut in CUTS.into_iter().filter(|_| !runs.is_empty()) {
+            let Some(left) = left(cut, machine, &experiments)? else { continue };
             let (mut made, mut missed) = (Scales::default(), Scales::default());
-            for (seed, experiment) in experiments.iter().enumerate() {
-                let own = experiment.machine(machine)?;
-                let imagined = experiment.imagined(machine, seed as u64)?;
-                if let Some(residual) = residual(cut, &imagined, &own)? {
-                    made.add(&logged(cut, &own, residual));
+            for Stated { experiment, machine, imagined, predicted } in runs {
+                if let Some(residual) = residual(cut, imagined, machine)? {
+                    made.add(&logged(cut, machine, residual));
                 }
-                let predicted = experiment.predict(machine, Sensing::Perfect)?;
                 let log = |signal| experiment.run().signal(signal).zip(predicted.signal(signal));
                 let off = log(output(cut)).map(|(logged, replayed)| difference(logged, replayed));
                 missed.add(&off.unwrap_or_default());
             }
             stretches.push(StatedStretch { cut, left, made, closed_loop: missed });
         }
-        Ok(Self { at_rest: at_rest(machine, experiments)?, stretches })
+        Ok(Self { at_rest: at_rest(machine, &experiments)?, stretches })
     }
 
     /// What contradicts a fit, if anything does.
@@ -105,14 +99,15 @@ impl StatedStretches {
         if fit.hypothesis.effects.is_empty() || self.stretches.is_empty() {
             return Ok(None);
         }
+        let experiments: Vec<&Experiment> = experiments.iter().collect();
         let fitted = fit.hypothesis.machine(machine, &significant(fit))?;
         let is_changed = |cut| fit.hypothesis.effects.iter().any(|effect| changes(*effect, cut));
-        if is_changed(Cut::Controller) && at_rest(&fitted, experiments)?.leaves_more_than(&self.at_rest) {
+        if is_changed(Cut::Controller) && at_rest(&fitted, &experiments)?.leaves_more_than(&self.at_rest) {
             return Ok(Some(Contradiction::AtRest));
         }
         for stretch in &self.stretches {
             let changed =
-                if is_changed(stretch.cut) { left(stretch.cut, &fitted, experiments)? } else { None };
+                if is_changed(stretch.cut) { left(stretch.cut, &fitted, &experiments)? } else { None };
             if stretch.stays_open(changed.as_ref().unwrap_or(&stretch.left)) {
                 return Ok(Some(Contradiction::Open(stretch.cut)));
             }
@@ -154,7 +149,7 @@ fn significant(fit: &Fit) -> Vec<f64> {
 
 /// What a stretch of a machine leaves of its output; none where a run does not tell. The drive's is the current: between it and a thrust, ripple and saturation
 /// act, which the replay of the stretch does not have.
-fn left(cut: Cut, machine: &Machine, experiments: &[Experiment]) -> Result<Option<Scales>> {
+fn left(cut: Cut, machine: &Machine, experiments: &[&Experiment]) -> Result<Option<Scales>> {
     let mut left = Scales::default();
     let has_current = machine.description().motor.has_current();
     for experiment in experiments {
@@ -193,7 +188,7 @@ fn difference(a: &[f64], b: &[f64]) -> Vec<f64> {
     a.iter().zip(b).map(|(a, b)| a - b).collect()
 }
 
-fn at_rest(machine: &Machine, experiments: &[Experiment]) -> Result<Rest> {
+fn at_rest(machine: &Machine, experiments: &[&Experiment]) -> Result<Rest> {
     let mut rest = Rest::default();
     for experiment in experiments {
         rest.add(experiment, &experiment.machine(machine)?);

@@ -7,6 +7,9 @@ mod at_rest;
 pub mod contradiction;
 mod residual;
 mod scales;
+mod stated;
+
+pub use stated::{Stated, stated};
 
 use super::experiment::Experiment;
 use super::motion::Motion;
@@ -16,8 +19,7 @@ use crate::effect::{EffectId, Stretch};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
-use crate::replay::Traces;
-use crate::twin::Sensing;
+use rayon::prelude::*;
 use residual::{controller_residual, drive_residual, force_residual};
 use scales::Scales;
 use std::collections::BTreeMap;
@@ -74,30 +76,30 @@ const NEGLIGIBLE: f64 = 0.01;
 /// # Model
 /// Each stretch's residual on the recorded runs is compared with the same residual on replays of the twin as it is, noise
 /// as stated: that is what the stretch looks like with nothing wrong in it. They are compared over 1, 4, 16, … samples: what
-/// stays below the noise of each sample, an offset say, shows in the mean of many, and the closed loop adds it up.
+/// stays below the noise of each sample, an offset say, shows in the mean of many, and the closed loop adds it up. No runs have none.
 ///
 /// # Errors
 /// Whatever a replay refuses.
-pub fn clean(machine: &Machine, experiments: &[Experiment]) -> Result<Vec<Cut>> {
-    if experiments.iter().any(|experiment| experiment.input().is_some()) {
-        return Ok(Vec::new()); // replayed in windows already: there is no closed loop to compare with
-    }
-    let mut sums: BTreeMap<Cut, Sums> = BTreeMap::new();
-    for (seed, experiment) in experiments.iter().enumerate() {
-        let own = experiment.machine(machine)?;
-        let replayed = experiment.imagined(machine, seed as u64)?;
-        let perfect = experiment.predict(machine, Sensing::Perfect)?;
+pub fn clean(runs: &[Stated]) -> Result<Vec<Cut>> {
+    let of_run = |run: &Stated| -> Result<BTreeMap<Cut, [Vec<f64>; 3]>> {
+        let mut residuals = BTreeMap::new();
         for cut in Cut::ALL {
-            let Some(measured) = residual(cut, experiment, &own)? else { continue };
-            let Some(made) = residual(cut, &replayed, &own)? else { continue };
-            let sums = sums.entry(cut).or_default();
-            sums.measured.add(&measured);
-            sums.made.add(&made);
-            sums.closed_loop.add(&closed_loop(cut, experiment, &own, &perfect));
-            sums.runs += 1;
+            let Some(measured) = residual(cut, run.experiment, &run.machine)? else { continue };
+            let Some(made) = residual(cut, &run.imagined, &run.machine)? else { continue };
+            residuals.insert(cut, [measured, made, closed_loop(cut, run)]);
         }
+        Ok(residuals)
+    };
+    let all: Vec<_> = runs.par_iter().map(of_run).collect::<Result<_>>()?;
+    let mut sums: BTreeMap<Cut, Sums> = BTreeMap::new();
+    for (cut, [measured, made, closed_loop]) in all.into_iter().flatten() {
+        let sums = sums.entry(cut).or_default();
+        sums.measured.add(&measured);
+        sums.made.add(&made);
+        sums.closed_loop.add(&closed_loop);
+        sums.runs += 1;
     }
-    let is_clean = |(_, sums): &(&Cut, &Sums)| sums.runs == experiments.len() && sums.are_clean();
+    let is_clean = |(_, sums): &(&Cut, &Sums)| sums.runs == runs.len() && sums.are_clean();
     Ok(sums.iter().filter(is_clean).map(|(cut, _)| *cut).collect())
 }
 
@@ -166,16 +168,15 @@ fn residual(cut: Cut, experiment: &Experiment, machine: &Machine) -> Result<Opti
 }
 
 /// By what the closed loop misses the stretch's output, in the residual's unit.
-fn closed_loop(cut: Cut, experiment: &Experiment, machine: &Machine, predicted: &Traces) -> Vec<f64> {
+fn closed_loop(cut: Cut, Stated { experiment, machine, predicted, .. }: &Stated) -> Vec<f64> {
     let run = experiment.run();
     let off = |signal: Signal, trace: &[f64], scale: f64| -> Vec<f64> {
         let pairs = run.signal(signal).unwrap_or_default().iter().zip(trace);
         pairs.map(|(m, p)| scale * (m - p)).collect()
     };
-    let constants = machine.constants();
     match cut {
         Cut::Controller => off(Signal::ControlEffort, &predicted.effort_v, 1.0),
         _ if run.signal(Signal::Thrust).is_some() => off(Signal::Thrust, &predicted.thrust, 1.0),
-        _ => off(Signal::Current, &predicted.current, constants.force_constant()),
+        _ => off(Signal::Current, &predicted.current, machine.constants().force_constant()),
     }
 }
