@@ -1,5 +1,7 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
+use super::begun::Beginnings;
+use super::play::has_play;
 use super::run_setting::RunSettings;
 use super::{measured, phase, play};
 use crate::error::{Error, ErrorKind, Result};
@@ -57,6 +59,7 @@ pub struct Experiment {
     /// Of two position sensors, the one whose zero is its own.
     second_sensor: Option<Signal>,
     settings: RunSettings,
+    beginnings: Beginnings,
 }
 
 /// Runs that fits see.
@@ -148,7 +151,8 @@ impl Experiment {
             .filter(|s| run.signal(*s).is_some() && modelled(*s) && compared(s))
             .collect();
         let second_sensor = second_sensor(run, machine).filter(|_| matches!(mode, Mode::ClosedLoop));
-        Ok(Self { run: run.clone(), recorded, signals, mode, second_sensor, settings })
+        let beginnings = Beginnings::default();
+        Ok(Self { run: run.clone(), recorded, signals, mode, second_sensor, settings, beginnings })
     }
 
     /// The signal that drives the replay; none where it follows the reference in closed loop.
@@ -241,9 +245,14 @@ impl Experiment {
 
     fn machines(&self, machines: &[Machine], longest_step_s: f64) -> Result<Vec<Machine>> {
         let set: Vec<Machine> = machines.iter().map(|m| self.settings.machine(m)).collect::<Result<_>>()?;
+        if !set.iter().any(|machine| shakes(machine) || has_play(machine)) {
+            return Ok(set);
+        }
         let replay = |machines: &[Machine]| self.replay_together(machines, longest_step_s);
-        let set = play::suited(&self.run, &self.signals, set, replay)?;
-        phase::suited(&self.run, &self.signals, set, replay)
+        self.beginnings.of(set, longest_step_s, |set| {
+            let set = play::suited(&self.run, &self.signals, set, replay)?;
+            phase::suited(&self.run, &self.signals, set, replay)
+        })
     }
 
     /// Replays of machines as they were set in this run, passes side by side. Which machines share a pass does not depend on the number of threads.

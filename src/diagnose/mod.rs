@@ -6,6 +6,7 @@
 mod amplitude;
 mod attribute;
 mod autocorrelation;
+mod begun;
 mod borne_out;
 mod bounded;
 pub mod candidate;

@@ -157,6 +157,12 @@ impl Machine {
         self
     }
 
+    /// Whether replays of both are the same: one solid model, the same TOML tree, and no probes.
+    pub(crate) fn replays_like(&self, other: &Self) -> bool {
+        let has_probes = !self.probes.is_empty() || !other.probes.is_empty();
+        !has_probes && Arc::ptr_eq(&self.solid, &other.solid) && self.table == other.table
+    }
+
     fn with_table(&self, table: toml::Table) -> Result<Self> {
         let description: Description = table.clone().try_into().map_err(|e: toml::de::Error| {
             toml_text::explained(Error::new(ErrorKind::UnknownKey).file(&self.file), e.message())

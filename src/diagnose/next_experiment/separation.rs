@@ -1,8 +1,9 @@
 //! How far an experiment would set two explanations apart.
 
-use super::stage::Stage;
+use super::stage::{Images, Stage};
 use crate::diagnose::fit::Fit;
 use crate::diagnose::free::Freedom;
+use crate::diagnose::phase::follow;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -40,13 +41,19 @@ impl Seen {
             sets.push(varied);
             steps.push((k, free.scale / step));
         }
-        let mut images = stage.images(base, fit, &sets)?.into_iter();
+        let Images { of_sets, advanced } = stage.images(base, fit, &sets)?;
+        let mut images = of_sets.into_iter();
         let image = images.next().flatten().unwrap_or_default();
         let mut sensitivities = DMatrix::zeros(image.len(), fit.values.len());
         for ((k, per_step), moved) in steps.into_iter().zip(images) {
             // A value that the description refuses is one that a fit cannot take either.
             let Some(moved) = moved else { continue };
             sensitivities.set_column(k, &((moved - &image) * per_step));
+        }
+        if let Some(advanced) = advanced {
+            // A run's own phase, or place in the play, moves with every number.
+            let (even, all) = (DVector::from_element(image.len(), 1.0), 0..image.len());
+            follow(&mut sensitivities, &(advanced - &image), &even, &[all]);
         }
         Ok(Self { image, sensitivities })
     }

@@ -4,12 +4,13 @@ use super::plan::Plan;
 use crate::diagnose::experiment::Experiment;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::noise::Floor;
-use crate::diagnose::play;
+use crate::diagnose::play::{self, has_play};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::axis::LONGEST_STEP_S;
 use crate::recording::{Run, Signal};
+use crate::replay::recorded::shakes;
 use crate::replay::recording::recorded;
 use crate::replay::{PlantChoice, Traces, simulate};
 use crate::twin::Sensing;
@@ -105,23 +106,27 @@ impl Stage {
         Ok(Self { experiment, channels })
     }
 
-    /// What a hypothesis predicts with several sets of values, all signals one after the other in weighted units of noise; the squared
-    /// distance of two predictions is twice a difference of log-likelihood. None of a set that the machine's description refuses.
+    /// What a hypothesis predicts with several sets of values, all near the first one; the squared distance of two predictions is twice a difference of
+    /// log-likelihood. Of a machine with a vibration or a play all have the phase, or the place in the play where the run begins, that suits the first.
     ///
     /// # Errors
     /// A setting of the run that the machine does not have.
-    pub(super) fn images(
-        &self,
-        base: &Machine,
-        fit: &Fit,
-        sets: &[Vec<f64>],
-    ) -> Result<Vec<Option<DVector<f64>>>> {
+    pub(super) fn images(&self, base: &Machine, fit: &Fit, sets: &[Vec<f64>]) -> Result<Images> {
         let machines: Vec<Option<Machine>> =
             sets.iter().map(|values| fit.hypothesis.machine(base, values).ok()).collect();
         let sound: Vec<Machine> = machines.iter().flatten().cloned().collect();
-        let mut predicted = self.experiment.predict_together(&sound, LONGEST_STEP_S)?.into_iter();
-        let image = |machine: Option<Machine>| machine.and_then(|_| Some(self.image(&predicted.next()?)));
-        Ok(machines.into_iter().map(image).collect())
+        let near = machines.first().and_then(Option::as_ref).filter(|m| shakes(m) || has_play(m));
+        let mut predicted = match near {
+            None => self.experiment.predict_together(&sound, LONGEST_STEP_S)?,
+            Some(near) => {
+                let advanced = sound.iter().map(|machine| (machine, 0.0)).chain([(near, ADVANCE)]);
+                self.experiment.predict_near(near, &advanced.collect::<Vec<_>>(), LONGEST_STEP_S)?
+            }
+        };
+        let advanced = near.and_then(|_| Some(self.image(&predicted.pop()?)));
+        let mut predicted = predicted.iter();
+        let image = |machine: Option<Machine>| machine.and_then(|_| Some(self.image(predicted.next()?)));
+        Ok(Images { of_sets: machines.into_iter().map(image).collect(), advanced })
     }
 
     fn image(&self, predicted: &Traces) -> DVector<f64> {
@@ -141,6 +146,17 @@ impl Stage {
             .map(|(k, (signal, _))| (*signal, difference.rows(k * samples, samples).norm_squared()))
             .collect()
     }
+}
+
+/// By what a phase is advanced, in rad, or the place in a play, as a share of half of it.
+const ADVANCE: f64 = 1e-3;
+
+/// What a hypothesis predicts, all signals one after the other in weighted units of noise.
+pub(super) struct Images {
+    /// With each of several sets of values; none of a set that the machine's description refuses.
+    pub(super) of_sets: Vec<Option<DVector<f64>>>,
+    /// With the first one and a little of the phase, or of the place in the play, that is each run's own; none where there is neither.
+    pub(super) advanced: Option<DVector<f64>>,
 }
 
 /// The first run of a plan, before its noise is known.
