@@ -79,7 +79,11 @@ impl Search<'_> {
         for (k, gone) in goes.iter().enumerate() {
             let mut own: Vec<(f64, EffectId)> =
                 all.iter().zip(&others).filter_map(|(left, other)| Some((*left.get(k)?, *other))).collect();
-            own.retain(|(left, _)| *left <= self.limits.open_share);
+            // What modifies the effect that goes has nothing to modify in its place.
+            let rest = self.without(set, [*gone]);
+            own.retain(|(left, other)| {
+                *left <= self.limits.open_share && has_modified(self.machine, *other, &rest)
+            });
             own.sort_by(|a, b| a.0.total_cmp(&b.0));
             pairs.extend(own.into_iter().take(MOST_OTHERS).map(|(_, other)| (*gone, other)));
         }

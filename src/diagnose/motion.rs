@@ -6,7 +6,7 @@ use super::estimate::screening::Series;
 use super::experiment::Experiment;
 use super::smooth::{HALF_WIDTH_S, smooth, smooth_uneven};
 use crate::base::BaseMotion;
-use crate::effect::Constants;
+use crate::effect::{Constants, EffectId};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -123,6 +123,8 @@ impl Motion {
     }
 }
 
+/// Dry friction of the whole guide.
+const DRY: [EffectId; 2] = [EffectId::CoulombFriction, EffectId::LoadDependentFriction];
 /// Samples that screening uses at most, over all runs.
 const SCREEN_SAMPLES: usize = 6000;
 
@@ -138,6 +140,7 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
     let mut screen = Screen {
         motion: machine.motion(),
         constants: Some(constants),
+        has_dry_friction: DRY.iter().any(|effect| machine.description().has(*effect)),
         lever_weight: machine.lever_weight(),
         ..Screen::default()
     };

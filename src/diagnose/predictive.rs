@@ -1,10 +1,13 @@
 //! How well a hypothesis predicts the held-out runs where its numbers are as uncertain as the training runs leave them.
 
 use super::evidence::{Score, predictions};
-use super::experiment::HeldOut;
+use super::experiment::{HeldOut, Training};
 use super::fit::{Fit, inside};
+use super::joint::{Joint, joint};
 use super::noise::Floor;
 use super::objective::{Objective, weighted};
+use super::predictive_weights::weights;
+use super::thresholds::MOST;
 use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::{DMatrix, DVector};
@@ -52,7 +55,8 @@ const A_NAT: f64 = 1.0;
 /// # Validity
 /// Hypotheses that were fitted to the end and share the common noise floor; the others are compared by the score of their fit. To first order in Δ
 /// for its cost: the training runs are quadratic about θ̂. The last place stays whose replay, at the full step, gained more than it cost by the weights of that
-/// step; the fit's own, where the first did not. A number that would leave its range stays at the end of it; its cost is that of the step
+/// step; the fit's own, where the first did not. Where that leaves more than noise and more than the fit leaves of the training runs, a fit to both kinds of
+/// run goes on from there, and its cost is that of a replay (see [`joint`]). A number that would leave its range stays at the end of it; its cost is that of the step
 /// beyond, too small where that number is correlated with others.
 ///
 /// # Source
@@ -63,7 +67,7 @@ const A_NAT: f64 = 1.0;
 pub fn predictive(
     machine: &Machine,
     fit: &Fit,
-    held_out: &HeldOut,
+    (training, held_out): (&Training, &HeldOut),
     floor: &Floor,
     score: &Score,
 ) -> Result<Predictive> {
@@ -106,12 +110,31 @@ pub fn predictive(
             jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
         }
     }
+    if is_open(fit, &here.score) {
+        let joint = joint(machine, fit, [training.runs(), held_out.runs()], floor, &here.values)?;
+        let weights = weights(&objective, &joint.score, &joint.residuals);
+        let cost = |residuals: &DVector<f64>, strain: f64| {
+            residuals.component_mul(&weights).dot(residuals) + 2.0 * strain
+        };
+        if cost(&joint.residuals, joint.strain) < cost(&here.residuals, here.strain) {
+            jacobian = objective.jacobian(&joint.values, &joint.residuals, None)?;
+            let Joint { values, residuals, score, strain } = joint;
+            here = Place { values, residuals, step: DVector::zeros(0), strain, score };
+        }
+    }
     let weights = weights(&objective, &here.score, &here.residuals);
     let Some(occam) = occam(&jacobian, &weights, &fit.covariance) else {
         return Ok(Predictive::of(score.clone()));
     };
     let moved = here.values != fit.values;
     Ok(Predictive { score: here.score, cost: here.strain + occam, values: moved.then_some(here.values) })
+}
+
+/// Whether the form of the hypothesis fits the training runs, most of what is left of the held-out runs is more than they leave, and more than noise: numbers
+/// farther away than the training runs are quadratic about the fit may close it.
+fn is_open(fit: &Fit, score: &Score) -> bool {
+    let left = (fit.mean_square - 1.0).max(0.0);
+    !score.is_adequate() && left < (1.0 - MOST) * (score.mean_square() - 1.0)
 }
 
 /// Where the numbers are.
@@ -132,21 +155,6 @@ impl Place {
         let (step, score) = (DVector::zeros(values.len()), score.clone());
         Self { values: values.to_vec(), residuals, step, strain: 0.0, score }
     }
-}
-
-/// The weight of each residual, by the variance that these ones have.
-fn weights(objective: &Objective, score: &Score, residuals: &DVector<f64>) -> DVector<f64> {
-    let counted = score.counted();
-    let share = 1.0 / counted.len().max(1) as f64;
-    let mut weights = DVector::zeros(residuals.len());
-    for (signal, inflation) in counted {
-        let rows = objective.rows_of(signal);
-        let count = rows.iter().map(ExactSizeIterator::len).sum::<usize>().max(1) as f64;
-        let squares: f64 = rows.iter().flat_map(Clone::clone).map(|row| residuals[row].powi(2)).sum();
-        let weight = share / ((squares / count).max(score.least(signal)) * inflation);
-        rows.into_iter().flatten().for_each(|row| weights[row] = weight);
-    }
-    weights
 }
 
 /// I + JᵀWJ·C.
@@ -201,6 +209,7 @@ impl Update {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::found::tests::{COULOMB, candidate};
 
     /// Against the Gaussian integral itself: residuals r = x − θ·j with θ ~ N(0, c), so that x ~ N(0, I + c·jjᵀ).
     #[test]
@@ -229,5 +238,16 @@ mod tests {
             Update::of(&DVector::from_element(4, 3.0), &jacobian, &DMatrix::zeros(2, 2), even).unwrap();
         let occam = occam(&jacobian, &even(&DVector::zeros(4)), &DMatrix::zeros(2, 2));
         assert_eq!((update.step.norm(), update.strain, occam), (0.0, 0.0, Some(0.0)));
+    }
+
+    /// What the training runs leave as well is no matter of numbers, and what noise leaves is none either.
+    #[test]
+    fn exact_a_fit_to_both_is_asked_for_where_the_held_out_runs_leave_more() {
+        let open = |training: f64, held_out: f64| {
+            let fit = candidate(&[COULOMB], 1.0, training).fit;
+            is_open(&fit, &Score::even(held_out))
+        };
+        assert!(open(1.0, 1.7) && open(2.0, 3.1) && open(0.5, 100.0));
+        assert!(!open(1.0, 1.5) && !open(2.0, 2.9) && !open(60.0, 100.0));
     }
 }

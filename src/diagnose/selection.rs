@@ -101,6 +101,7 @@ impl Search<'_> {
             found.posterior = posterior(&found, before);
         }
         self.take_what_is_probable(&mut found, before);
+        self.leave_out_what_a_form_leaves(&mut found, before)?;
         Ok(found)
     }
 
@@ -344,7 +345,7 @@ impl Search<'_> {
     fn judge(&self, fit: Fit, thorough: bool) -> Result<Candidate> {
         let (score, has_own_floor) = self.floors.score(self.machine, &fit, self.held_out)?;
         let predictive = if thorough && !has_own_floor {
-            predictive(self.machine, &fit, self.held_out, &self.floors.common, &score)?
+            predictive(self.machine, &fit, (self.training, self.held_out), &self.floors.common, &score)?
         } else {
             Predictive::of(score.clone())
         };
@@ -435,7 +436,7 @@ impl Search<'_> {
     }
 
     /// The set without each of its members, and without the features that then have nothing to modify.
-    fn subsets(&self, set: &EffectSet) -> Vec<EffectSet> {
+    pub(super) fn subsets(&self, set: &EffectSet) -> Vec<EffectSet> {
         let mut sets: Vec<EffectSet> = set.iter().map(|effect| self.without(set, [*effect])).collect();
         sets.dedup();
         sets

@@ -34,6 +34,21 @@ impl Search<'_> {
         Ok(())
     }
 
+    /// Takes out of an explanation that leaves more than noise the effects without which no more of the gap stays open than the form of a law may leave: a law whose
+    /// form is only nearly right leaves something that another effect can follow. What that closes makes no verdict either.
+    pub(super) fn leave_out_what_a_form_leaves(&self, found: &mut Found, before: &Score) -> Result<()> {
+        while found.effects().len() > 1 && !found.predicts_to_noise(found.chosen) {
+            let smaller = self.subsets(found.effects());
+            let indices = self.explored(found, &smaller)?;
+            let may_go = |k: &usize| found.is_sound(*k) && found.is_of_form(*k, before);
+            let open: Vec<usize> = indices.into_iter().filter(may_go).collect();
+            let Some(rest) = found.best_of(&open) else { break };
+            found.chosen = rest;
+            found.posterior = posterior(found, before);
+        }
+        Ok(())
+    }
+
     /// Where the chosen explanation leaves too much for a cause: takes the most probable one if it is improbable, and else the one with all effects that
     /// are certain, if those are more. No verdict rests on it where the training runs do not identify it (see
     /// [`Unidentified`](super::grounds::Unidentified)).

@@ -14,7 +14,8 @@ use std::f64::consts::{PI, TAU};
 ///
 /// # Validity
 /// Of a revolute axis whose weight depends on its angle: nothing else tells where zero is. Near the angle at which the part hangs, it
-/// is a constant torque of m·g·l·x₀ to first order; runs of large angles tell them apart.
+/// is a constant torque of m·g·l·x₀ to first order; runs of large angles tell them apart. A centre of mass beside the line that the solid model states turns the
+/// weight by the same angle, and so do a payload there and the spring of a counterweight: no log tells which.
 ///
 /// # Prior
 /// With probability one half fitted by eye: |x₀| of 0.01 to 0.1 rad, log-uniform. Else a tooth off on a spline of 15 to 36 teeth:
@@ -32,7 +33,7 @@ pub struct EncoderZero {
 
 impl Law for EncoderZero {
     const SITE: Site = Site::Sensor;
-    const PHRASE: &'static str = "an encoder zero off against gravity";
+    const PHRASE: &'static str = "an encoder zero, or a centre of mass, off against gravity";
     const PARAMETERS: &'static [Parameter] = &[Parameter::same("zero_rad", "rad").within(-PI, PI)];
     const DOORS: &'static [Door] = &[Door::Reading];
 

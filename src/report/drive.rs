@@ -87,7 +87,9 @@ fn setting(effect: EffectId) -> &'static str {
         E::ScrewError => "lead-screw error compensation, a position table with the pitch below",
         E::SensorScale => "set the scaling of the logged signal",
         E::EncoderScale => "set the scale of the encoder",
-        E::EncoderZero => "set the zero of the encoder where the part hangs at rest",
+        E::EncoderZero => {
+            "look where the part hangs at rest: set the zero of the encoder there, or state the centre of mass"
+        }
         E::EncoderPeriodicError => "adjust offset, gain and phase of the encoder's signals",
         E::EncoderResolution => "set the resolution of the encoder, or filter the velocity",
     }

@@ -91,7 +91,7 @@ pub(super) fn only_in_training(diagnosis: &Diagnosis) -> Option<String> {
 }
 
 /// That the training runs leave the numbers uncertain, where those with the held-out runs close most of what the fit leaves and are near those of the fit.
-fn uncertain(diagnosis: &Diagnosis) -> Option<String> {
+pub(super) fn uncertain(diagnosis: &Diagnosis) -> Option<String> {
     let Gap { after, after_predictive: within, updated, .. } = &diagnosis.gap;
     let is_of_numbers = diagnosis.verdict != Verdict::Unknown
         && *after > REMAINS

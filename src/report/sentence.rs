@@ -2,7 +2,9 @@
 
 use super::changes;
 use super::number::{percent, plain, probability, value};
-use super::remains::{by_calibration, largest, not_examined, only_in_training, remains, unexplained_signals};
+use super::remains::{
+    by_calibration, largest, not_examined, only_in_training, remains, uncertain, unexplained_signals,
+};
 use super::withheld;
 use super::words::{described, listed, name, phrase, times_noise, together};
 use crate::diagnose::Verdict;
@@ -38,16 +40,21 @@ pub fn sentence(diagnosis: &Diagnosis, motion: Motion) -> String {
 
 fn no_gap(diagnosis: &Diagnosis) -> String {
     let gap = &diagnosis.gap;
-    let calibrated = gap.before - gap.after > CALIBRATED && !diagnosis.calibration.is_empty();
+    let uncertain = uncertain(diagnosis);
+    let after = if uncertain.is_some() { gap.after_predictive } else { gap.after };
+    let calibrated = gap.before - after > CALIBRATED && !diagnosis.calibration.is_empty();
     let (when, rest) = if calibrated {
         (
             " once its constants are calibrated inside their tolerances",
-            format!("{} → {}", plain(gap.before), times_noise(gap.after)),
+            format!("{} → {}", plain(gap.before), times_noise(after)),
         )
     } else {
-        ("", times_noise(gap.after))
+        ("", times_noise(after))
     };
-    format!("The twin predicts the unseen runs as well as noise allows{when}: no gap (G = {rest}).")
+    let as_fitted = uncertain.unwrap_or_default();
+    format!(
+        "The twin predicts the unseen runs as well as noise allows{when}: no gap (G = {rest}).{as_fitted}"
+    )
 }
 
 fn cause(diagnosis: &Diagnosis, motion: Motion) -> String {

@@ -19,7 +19,8 @@ const CELLS: [Cell; 4] = [
     (0.04, 16.0, Role::Training),
     (0.045, 8.0, Role::HeldOut),
 ];
-const CATALOGUE: [EffectId; 8] = [
+const CATALOGUE: [EffectId; 9] = [
+    EffectId::FrictionDrift,
     EffectId::LocalFriction,
     EffectId::CoulombFriction,
     EffectId::ViscousFriction,
@@ -41,5 +42,31 @@ fn ref_a_spot_wider_than_the_motion_is_named() {
     for (path, truth) in [FORCE, CENTRE, WIDTH] {
         let found = &d.causes[0].parameters[path.rsplit('.').next().unwrap()];
         assert!((found.value / truth - 1.0).abs() < 0.05, "{path}: {found:?}, hidden {truth}");
+    }
+}
+
+/// A guide whose friction is not stated and is more in the middle of the travel: two effects, and not one spot that is wider still.
+#[test]
+fn ref_friction_of_the_whole_guide_is_no_wide_spot() {
+    const SPOT: [(&str, f64); 3] = [
+        ("effect.local_friction.force_n", 17.0),
+        ("effect.local_friction.centre_m", 0.01),
+        ("effect.local_friction.width_m", 0.08),
+    ];
+    let stated = model("grinder");
+    let real = with(&with(&stated, &STATED), &SPOT);
+    let recording = Strokes::both_ways(&stated, &real, 5).recording(&CELLS);
+    let d = diagnose(&stated, &recording, &Options { catalogue: &CATALOGUE, ..Options::default() }).unwrap();
+    show(&d);
+    let mut named = names(&d);
+    named.sort_unstable();
+    assert_eq!((d.verdict, named), (Verdict::Cause, vec!["coulomb_friction", "local_friction"]));
+    let value = |effect: &str, key: &str| {
+        d.causes.iter().find(|cause| cause.effect == effect).map(|cause| cause.parameters[key].value).unwrap()
+    };
+    for (path, truth) in SPOT.into_iter().chain(STATED) {
+        let (effect, key) = path.strip_prefix("effect.").and_then(|p| p.split_once('.')).unwrap();
+        let found = value(effect, key);
+        assert!((found / truth - 1.0).abs() < 0.05, "{path}: {found}, hidden {truth}");
     }
 }

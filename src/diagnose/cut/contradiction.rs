@@ -8,7 +8,7 @@ use crate::diagnose::fit::Fit;
 use crate::diagnose::free::Free;
 use crate::diagnose::parameter::NORMAL_975;
 use crate::diagnose::thresholds::{ADEQUATE_GAP, LARGELY};
-use crate::effect::{EffectId, Stretch};
+use crate::effect::{EffectId, Site, Stretch};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -86,7 +86,8 @@ impl StatedStretches {
     /// A number whose 95 % interval holds the twin's own value is left at that: how far a fit puts it beside is chance.
     ///
     /// # Validity
-    /// Input and output of a stretch logged at even times. Where the position stands still between two steps of its sensor, the first says nothing.
+    /// Input and output of a stretch logged at even times. With an effect between motor and reading the drive is not asked: the speed of its motor is then not what
+    /// the log shows. Where the position stands still between two steps of its sensor, the first says nothing.
     ///
     /// # Errors
     /// A setting of a run that the machine does not have.
@@ -105,7 +106,8 @@ impl StatedStretches {
         if is_changed(Cut::Controller) && at_rest(&fitted, &experiments)?.leaves_more_than(&self.at_rest) {
             return Ok(Some(Contradiction::AtRest));
         }
-        for stretch in &self.stretches {
+        let moves_reading = fit.hypothesis.effects.iter().any(|effect| changes_reading(*effect));
+        for stretch in self.stretches.iter().filter(|stretch| stretch.cut != Cut::Drive || !moves_reading) {
             let changed =
                 if is_changed(stretch.cut) { left(stretch.cut, &fitted, &experiments)? } else { None };
             if stretch.stays_open(changed.as_ref().unwrap_or(&stretch.left)) {
@@ -114,6 +116,11 @@ impl StatedStretches {
         }
         Ok(None)
     }
+}
+
+/// Whether an effect lies between the motor and the reading, from whose rate the back-EMF of a drive that is replayed alone is taken.
+fn changes_reading(effect: EffectId) -> bool {
+    matches!(effect.site(), Site::Structure | Site::Sensor)
 }
 
 /// Whether an effect changes what a stretch leaves.
@@ -226,5 +233,19 @@ mod tests {
         let mut rounding = Scales::default();
         rounding.add(&(0..4096).map(|k| if k % 2 == 0 { 10.0 } else { -10.0 }).collect::<Vec<f64>>());
         assert!(!stretch(0.0, 1.0, 0.0).stays_open(&rounding));
+    }
+
+    /// An encoder that errs shows a speed that the motor does not have: its back-EMF is not that of the log. Friction leaves the reading as it is.
+    #[test]
+    fn exact_what_lies_between_motor_and_reading_changes_the_speed_of_the_log() {
+        assert!(
+            [EffectId::EncoderPeriodicError, EffectId::EncoderScale, EffectId::ScrewError]
+                .map(changes_reading)
+                == [true; 3]
+        );
+        assert!(
+            [EffectId::CoulombFriction, EffectId::DeadZone, EffectId::VelocityGain].map(changes_reading)
+                == [false; 3]
+        );
     }
 }

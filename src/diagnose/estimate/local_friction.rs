@@ -13,9 +13,12 @@ const STARTS: usize = 3;
 const LEAST_SHARE: f64 = 0.02;
 /// Narrower than this share of the travel no fit looks.
 const NARROWEST: f64 = 5e-3;
-/// Wider than so many times the travel no fit looks: over the travel a bump in its middle changes by sin²(π/20) then, 2.5 % of itself, and
+/// Wider than so many times the travel no fit looks beside other dry friction: over the travel a bump in its middle changes by sin²(π/20) then, 2.5 % of itself, and
 /// is Coulomb friction.
 const WIDEST: f64 = 10.0;
+/// The same where the guide has no other dry friction: a bump in the middle of the travel falls to half of itself at its ends then. What is wider is friction
+/// of the whole guide, which that of one place comes on top of.
+const WIDEST_ALONE: f64 = 2.0;
 
 impl Estimate for LocalFriction {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
@@ -48,7 +51,8 @@ impl Estimate for LocalFriction {
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
         let (force, travel) = (screen.largest_force, screen.travel());
         let (low, high) = screen.ends();
+        let widest = if screen.has_dry_friction { WIDEST } else { WIDEST_ALONE };
         // With a centre farther off the level changes about linearly along the travel: centre and width are not told apart.
-        vec![(-force, force), (low - travel, high + travel), (NARROWEST * travel, WIDEST * travel)]
+        vec![(-force, force), (low - travel, high + travel), (NARROWEST * travel, widest * travel)]
     }
 }

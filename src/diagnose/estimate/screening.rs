@@ -33,6 +33,8 @@ pub struct Screen {
     pub motion: Motion,
     /// Constants of the twin as it is.
     pub constants: Option<Constants>,
+    /// Whether the twin has dry friction of the whole guide.
+    pub has_dry_friction: bool,
     /// Time of the session in s.
     pub clock_s: Vec<f64>,
     /// Position in m or rad.
@@ -70,6 +72,7 @@ impl Default for Screen {
         Self {
             motion: Motion::Prismatic,
             constants: None,
+            has_dry_friction: false,
             clock_s: Vec::new(),
             position: Vec::new(),
             velocity: Vec::new(),
