@@ -259,11 +259,6 @@ impl Found {
         of_rest || self.closes_training(a, b) || gained >= self.limits.open_share * self.uncalibrated(before)
     }
 
-    /// Whether a candidate leaves no more than the chosen explanation but for what the form of a law may leave.
-    pub(super) fn is_of_form(&self, index: usize, before: &Score) -> bool {
-        self.left(index) - self.left(self.chosen) < self.limits.open_share * self.uncalibrated(before)
-    }
-
     /// Whether `a` closes most of what `b` leaves of the training runs, where that is more than noise. Any number more leaves a little less there.
     fn closes_training(&self, a: usize, b: usize) -> bool {
         let [left, begun] = [a, b].map(|k| above_noise(self.candidates[k].training_gap));
@@ -271,7 +266,7 @@ impl Found {
     }
 
     /// What calibration leaves open, as mean square above noise: the gap that causes are measured by.
-    fn uncalibrated(&self, before: &Score) -> f64 {
+    pub(super) fn uncalibrated(&self, before: &Score) -> f64 {
         self.candidates[0].left().min(before.mean_square()) - 1.0
     }
 }
@@ -441,17 +436,6 @@ pub(super) mod tests {
         assert_eq!([other(0.8), other(0.6)], [Some(2), None]);
         assert_eq!(taken(candidate(&[BACKLASH], 10.0, 40.0), 0.8), None);
         assert_eq!(taken(candidate(&[], 1.0, 40.0), 0.8), None);
-    }
-
-    /// Beside a gap of 100, of which a thousandth may stay as the form of a law leaves it: what leaves 9.9 of mean square more may be that, and not what leaves 10.1.
-    #[test]
-    fn exact_what_a_form_may_leave_is_a_thousandth_of_the_gap() {
-        let of_form = |more: f64| {
-            let pair = candidate(&[COULOMB, BACKLASH], 1.0, 5.0);
-            let all = vec![candidate(&[], 0.0, 1e4), candidate(&[COULOMB], 1.0, 5.0 + more), pair];
-            found(all, 2).is_of_form(1, &Score::even(1e4))
-        };
-        assert!(of_form(9.9) && !of_form(10.1));
     }
 
     /// What has more merit takes the chosen one's place; more effects only where they are worth naming, and none with a number that ran off.

@@ -48,7 +48,7 @@ pub struct Search<'a> {
 const FINALISTS: usize = 4;
 /// A fit to the end is taken to leave no less than this share of the mean square that a rough one leaves: of 72 on the measured runs of a ball screw
 /// the least was 0.73. A choice of cost; what has a share of the posterior is fitted to the end in any case.
-const MOST_FALL: f64 = 0.5;
+pub(super) const MOST_FALL: f64 = 0.5;
 /// A share of the posterior below this changes no verdict.
 const LEAST_SHARE: f64 = 0.01;
 /// An explanation that left so many times the mean square of the best one, by the floor of the earlier search and by the present one, is not fitted again: another
