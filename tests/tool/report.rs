@@ -577,6 +577,15 @@ fn exact_no_gap_is_told() {
             "allows once its constants are calibrated inside their tolerances: no gap (G = 3.40 → 1.01 × noise).",
         ],
     );
+    // Numbers that the training runs alone leave uncertain: what decided is told first.
+    (d.gap.before, d.gap.after, d.gap.after_predictive) = (55.1, 5.61, 1.04);
+    holds(
+        &reports(&d, Motion::Prismatic),
+        &[
+            "no gap (G = 55.1 → 1.04 × noise). As fitted, 5.61 × noise remains",
+            "With both kinds of run 1.04 × noise remains.",
+        ],
+    );
 }
 
 #[test]
