@@ -145,12 +145,18 @@ fn parameters(fit: &Fit, effect: EffectId) -> BTreeMap<String, Parameter> {
         .collect()
 }
 
-/// A number with its interval; that of one that does nothing on these runs is all of its range.
+/// A number with its interval, which ends where the law ends; that of one that does nothing on these runs is all of its range.
 fn parameter(fit: &Fit, k: usize) -> Parameter {
     let (value, half) = (fit.values[k], NORMAL_975 * fit.standard_errors[k]);
     let free = &fit.hypothesis.free[k];
     let is_idle = half == 0.0 && !free.held;
-    let ci95 = if is_idle { [free.range.0, free.range.1] } else { [value - half, value + half] };
+    let all = free.effect.parameters().iter().chain(free.effect.further());
+    let own = all.into_iter().find(|p| [p.name, p.revolute_name].contains(&free.name));
+    let (least, most) = own.map_or((f64::NEG_INFINITY, f64::INFINITY), |own| own.limits);
+    let ci95 = match is_idle {
+        true => [free.range.0, free.range.1],
+        false => [(value - half).max(least), (value + half).min(most)],
+    };
     Parameter { value, ci95, unit: free.unit.to_string(), twin: free.neutral }
 }
 
@@ -348,5 +354,23 @@ mod tests {
         assert!((share(3.0) - missed / (missed + closes(25.0))).abs() < 1e-9, "{}", share(3.0));
         let (of_wave, of_friction) = (closes(2000.0) + missed, closes(25.0) + 1.0 - closes(2000.0));
         assert!((share(2.0) - of_wave / (of_wave + of_friction)).abs() < 1e-9, "{}", share(2.0));
+    }
+
+    /// Friction of 0.5 N with a standard error of as much is not negative, and a share is between 0 and 1.
+    #[test]
+    fn exact_an_interval_ends_where_the_law_ends() {
+        let interval = |effect: EffectId, name: &'static str, value: f64, error: f64| {
+            let mut fit = candidate(&[effect], value, 1.0).fit;
+            fit.hypothesis.free[0].name = name;
+            fit.standard_errors = vec![error];
+            parameter(&fit, 0).ci95
+        };
+        assert_eq!(interval(COULOMB, "force_n", 0.5, 0.5)[0], 0.0);
+        assert_eq!(interval(EffectId::Backlash, "carried_share", 0.5, 0.9), [0.0, 1.0]);
+        let inside = interval(COULOMB, "force_n", 2.0, 0.5);
+        assert!(
+            (inside[0] - (2.0 - 0.5 * NORMAL_975)).abs() < 1e-12
+                && (inside[1] - (2.0 + 0.5 * NORMAL_975)).abs() < 1e-12
+        );
     }
 }
