@@ -6,6 +6,7 @@ use super::hypothesis::EffectSet;
 use super::posterior::posterior;
 use super::prior::MOST_EFFECTS;
 use super::selection::{MOST_FALL, Search};
+use super::thresholds::LARGELY;
 use crate::error::Result;
 
 impl Found {
@@ -28,7 +29,10 @@ impl Found {
     }
 
     fn is_form(&self, left: f64, before: &Score) -> bool {
-        left - self.left(self.chosen) < self.limits.open_share * self.uncalibrated(before)
+        let own = self.left(self.chosen);
+        // What closes nine tenths of the rest is no detail of another law.
+        let closes_the_rest = own - 1.0 <= (1.0 - LARGELY) * (left - 1.0);
+        !closes_the_rest && left - own < self.limits.open_share * self.uncalibrated(before)
     }
 }
 
@@ -50,7 +54,8 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Takes out of an explanation that leaves more than noise the effects without which no more of the gap stays open than the form of a law may leave: a law whose
+    /// Takes out of an explanation that leaves more than noise the effects without which no more of the gap stays open than the form of a law may leave, and which do
+    /// not close nine tenths of what is left without them: a law whose
     /// form is only nearly right leaves something that another effect can follow. What that closes makes no verdict either.
     pub(super) fn leave_out_what_a_form_leaves(&self, found: &mut Found, before: &Score) -> Result<()> {
         while found.effects().len() > 1 && !found.predicts_to_noise(found.chosen) {
@@ -110,5 +115,12 @@ mod tests {
             found(all, 2).is_of_form(1, &Score::even(1e4))
         };
         assert!(of_form(9.9) && !of_form(10.1));
+        // What leaves 1.5 where 8 were is worth keeping.
+        let all = vec![
+            candidate(&[], 0.0, 1e4),
+            candidate(&[COULOMB], 1.0, 8.0),
+            candidate(&[COULOMB, BACKLASH], 1.0, 1.5),
+        ];
+        assert!(!found(all, 2).is_of_form(1, &Score::even(1e4)));
     }
 }
