@@ -150,8 +150,7 @@ fn parameter(fit: &Fit, k: usize) -> Parameter {
     let (value, half) = (fit.values[k], NORMAL_975 * fit.standard_errors[k]);
     let free = &fit.hypothesis.free[k];
     let is_idle = half == 0.0 && !free.held;
-    let all = free.effect.parameters().iter().chain(free.effect.further());
-    let own = all.into_iter().find(|p| [p.name, p.revolute_name].contains(&free.name));
+    let own = free.effect.numbers().find(|p| [p.name, p.revolute_name].contains(&free.name));
     let (least, most) = own.map_or((f64::NEG_INFINITY, f64::INFINITY), |own| own.limits);
     let ci95 = match is_idle {
         true => [free.range.0, free.range.1],

@@ -2,7 +2,7 @@
 
 use super::candidate::Candidate;
 use super::care::Care;
-use super::descent::{Begun, descend};
+use super::descent::{InitialGuess, descend};
 use super::fit::Fit;
 use super::found::{Base, Found};
 use super::free::{Free, Freedom};
@@ -126,10 +126,10 @@ impl Search<'_> {
             let share = 1.0 - step as f64 / STEPS as f64;
             let moved =
                 own.iter().map(|&k| (k, both.free[k].neutral + share * (begun[k] - both.free[k].neutral)));
-            let predicted = predicted(&self.objective(&both), &values, &moved.collect::<Vec<_>>())?;
             let objective = self.objective(&both);
-            let begun = Begun::at(&objective, predicted)?;
-            values = descend(&objective, begun, Care::Thorough, FOLLOWING)?.values;
+            let guess =
+                InitialGuess::at(&objective, predicted(&objective, &values, &moved.collect::<Vec<_>>())?)?;
+            values = descend(&objective, guess, Care::Thorough, FOLLOWING)?.values;
         }
         let set: EffectSet = both.effects.iter().copied().filter(|effect| *effect != gone).collect();
         let Some(hypothesis) = Hypothesis::new(self.machine, &set, &base.proposals, &[(&both, &values)])

@@ -26,13 +26,13 @@ const SMALLEST_DIAGONAL: f64 = 1e-12;
 
 /// Where a descent begins.
 #[derive(Clone)]
-pub(super) struct Begun {
+pub(super) struct InitialGuess {
     pub(super) values: Vec<f64>,
     /// The residuals there.
     pub(super) residuals: DVector<f64>,
 }
 
-impl Begun {
+impl InitialGuess {
     /// At these values of an objective.
     ///
     /// # Errors
@@ -58,7 +58,7 @@ pub(super) struct Arrived {
 /// A setting of a run that the machine does not have.
 pub(super) fn descend(
     objective: &Objective,
-    Begun { mut values, mut residuals }: Begun,
+    InitialGuess { mut values, mut residuals }: InitialGuess,
     care: Care,
     iterations: usize,
 ) -> Result<Arrived> {

@@ -1,7 +1,6 @@
 //! The runs of a diagnosis, ready to be replayed and compared.
 
-use super::begun::Beginnings;
-use super::play::has_play;
+use super::beginnings::{Beginnings, has_own_beginnings};
 use super::run_setting::RunSettings;
 use super::{measured, phase, play};
 use crate::error::{Error, ErrorKind, Result};
@@ -245,7 +244,7 @@ impl Experiment {
 
     fn machines(&self, machines: &[Machine], longest_step_s: f64) -> Result<Vec<Machine>> {
         let set: Vec<Machine> = machines.iter().map(|m| self.settings.machine(m)).collect::<Result<_>>()?;
-        if !set.iter().any(|machine| shakes(machine) || has_play(machine)) {
+        if !set.iter().any(has_own_beginnings) {
             return Ok(set);
         }
         let replay = |machines: &[Machine]| self.replay_together(machines, longest_step_s);

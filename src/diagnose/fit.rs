@@ -1,7 +1,7 @@
 //! Bounded least squares of a hypothesis on training runs.
 
 pub use super::care::{Care, Sensitivities};
-use super::descent::{Arrived, Begun};
+use super::descent::{Arrived, InitialGuess};
 use super::experiment::Training;
 use super::free::{Free, Freedom};
 use super::half_pitch::halved;
@@ -171,7 +171,7 @@ pub fn fit(
     let objective = Objective::new(machine, hypothesis, training.runs(), floor).for_care(care);
     let starts = match warm {
         Some(values) => {
-            let begun = Begun::at(&objective, inside(hypothesis, values))?;
+            let begun = InitialGuess::at(&objective, inside(hypothesis, values))?;
             Starts { building: vec![begun], replacing: Vec::new() }
         }
         None => promising(&objective, care)?,
@@ -187,7 +187,7 @@ pub fn fit(
     let fit = finish(&objective, arrived, care)?;
     match halved(hypothesis, &fit.values, &fit.covariance).filter(|_| matches!(care, Care::Thorough)) {
         Some(values) => {
-            let begun = Begun::at(&objective, inside(hypothesis, &values))?;
+            let begun = InitialGuess::at(&objective, inside(hypothesis, &values))?;
             let arrived = descend_from(&objective, begun, care, care.iterations())?;
             let half = finish(&objective, arrived, care)?;
             let is_as_good = half.size <= fit.size + ALIKE && half.shown.is_superset(&fit.shown);
@@ -208,14 +208,14 @@ const RACED: usize = 2;
 const REPLACING: usize = 3;
 
 /// Where the best of these starts leads, that goes on by itself after a few steps of a rough fit; none of none.
-fn raced(objective: &Objective, starts: Vec<Begun>, care: Care) -> Result<Option<Arrived>> {
+fn raced(objective: &Objective, starts: Vec<InitialGuess>, care: Care) -> Result<Option<Arrived>> {
     let is_race = starts.len() > 1 && matches!(care, Care::Rough(_));
     let steps = if is_race { RACED } else { care.iterations() };
     let all = starts.into_iter().map(|start| descend_from(objective, start, care, steps));
     let leader = best(objective, all.collect::<Result<Vec<Arrived>>>()?);
     match leader {
         Some(leader) if is_race && leader.jacobian.is_none() => {
-            let begun = Begun { values: leader.values, residuals: leader.residuals };
+            let begun = InitialGuess { values: leader.values, residuals: leader.residuals };
             descend_from(objective, begun, care, care.iterations() - RACED).map(Some)
         }
         leader => Ok(leader),
@@ -231,9 +231,9 @@ fn best(objective: &Objective, all: Vec<Arrived>) -> Option<Arrived> {
 /// Where a fit is descended from.
 struct Starts {
     /// What builds on what a fit of another hypothesis left.
-    building: Vec<Begun>,
+    building: Vec<InitialGuess>,
     /// What puts other values in the place of that.
-    replacing: Vec<Begun>,
+    replacing: Vec<InitialGuess>,
 }
 
 /// Of several starts, those whose replays come closest once the numbers whose sensitivities are known have gone with them: what a wave takes
@@ -243,21 +243,22 @@ fn promising(objective: &Objective, care: Care) -> Result<Starts> {
         objective.hypothesis.starts.iter().map(|start| inside(objective.hypothesis, start)).collect();
     let Hypothesis { building, inherited, .. } = *objective.hypothesis;
     let residuals = objective.residuals_of(&starts)?;
-    let begun = starts.into_iter().zip(residuals).map(|(values, residuals)| Begun { values, residuals });
+    let begun =
+        starts.into_iter().zip(residuals).map(|(values, residuals)| InitialGuess { values, residuals });
     if begun.len() <= DESCENTS && inherited == 0 {
-        let mut build: Vec<Begun> = begun.collect();
+        let mut build: Vec<InitialGuess> = begun.collect();
         let replacing = build.split_off(building);
         return Ok(Starts { building: build, replacing });
     }
     let known = care.known().map(|known| objective.known_columns(known));
-    let left = |Begun { values, residuals }: &Begun| {
+    let left = |InitialGuess { values, residuals }: &InitialGuess| {
         let Some(columns) = &known else { return objective.size(residuals) };
         let weights = objective.weights(residuals);
         let (normal, gradient) = objective.normal(columns, residuals, &weights, values);
         objective.size(&(residuals - columns * (inverted(&normal) * gradient)))
     };
     let descents = DESCENTS.min(building - inherited);
-    let mut build: Vec<(f64, Begun)> = begun.map(|begun| (left(&begun), begun)).collect();
+    let mut build: Vec<(f64, InitialGuess)> = begun.map(|begun| (left(&begun), begun)).collect();
     // What is found was fitted, what would take its place was not: by their replays alone the one always looks better.
     let mut replacing = build.split_off(building);
     for starts in [&mut build, &mut replacing] {
@@ -265,7 +266,7 @@ fn promising(objective: &Objective, care: Care) -> Result<Starts> {
     }
     build.truncate(descents);
     replacing.truncate(REPLACING);
-    let bare = |starts: Vec<(f64, Begun)>| starts.into_iter().map(|(_, begun)| begun).collect();
+    let bare = |starts: Vec<(f64, InitialGuess)>| starts.into_iter().map(|(_, begun)| begun).collect();
     Ok(Starts { building: bare(build), replacing: bare(replacing) })
 }
 

@@ -40,7 +40,7 @@ pub fn covariance(linear: &Linearised, fitted: &Machine) -> Result<DMatrix<f64>>
 mod tests {
     use super::*;
     use crate::diagnose::care::Care;
-    use crate::diagnose::descent::Begun;
+    use crate::diagnose::descent::InitialGuess;
     use crate::diagnose::experiment::Experiment;
     use crate::diagnose::fit::Fit;
     use crate::diagnose::long_steps::descend_from;
@@ -65,7 +65,7 @@ mod tests {
         let floor = Floor::estimate(&machine, &[&run]).unwrap();
         let runs = [run];
         let objective = Objective::new(&machine, &hypothesis, &runs, &floor);
-        let start = Begun::at(&objective, truth.to_vec()).unwrap();
+        let start = InitialGuess::at(&objective, truth.to_vec()).unwrap();
         let values = descend_from(&objective, start, Care::Thorough, 60).unwrap().values;
         let fit = Fit {
             hypothesis: hypothesis.clone(),

@@ -1,13 +1,13 @@
 //! The numbers of a hypothesis where a fit to training and held-out runs together leaves them.
 
 use super::care::Care;
-use super::descent::{Begun, descend};
+use super::descent::{InitialGuess, descend};
 use super::evidence::{Score, predictions};
 use super::experiment::Experiment;
 use super::fit::Fit;
 use super::noise::Floor;
 use super::objective::Objective;
-use super::predictive_weights::weights;
+use super::predictive_weights::{squares, weights};
 use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::DVector;
@@ -15,10 +15,10 @@ use nalgebra::DVector;
 /// Steps of the fit to both kinds of run at most; a choice of cost.
 const STEPS: usize = 30;
 
-/// Where a fit to both kinds of run ends.
-pub(super) struct Joint {
+/// A place to which the held-out runs move the numbers of a fit.
+pub(super) struct Place {
     pub(super) values: Vec<f64>,
-    /// Residuals of the held-out runs there.
+    /// Normalised residuals of the held-out runs there.
     pub(super) residuals: DVector<f64>,
     /// Their score.
     pub(super) score: Score,
@@ -48,10 +48,10 @@ pub(super) fn joint(
     [training, held_out]: [&[Experiment]; 2],
     floor: &Floor,
     from: &[f64],
-) -> Result<Joint> {
+) -> Result<Place> {
     let both: Vec<Experiment> = training.iter().chain(held_out).cloned().collect();
     let of_both = Objective::new(machine, &fit.hypothesis, &both, floor);
-    let values = descend(&of_both, Begun::at(&of_both, from.to_vec())?, Care::Thorough, STEPS)?.values;
+    let values = descend(&of_both, InitialGuess::at(&of_both, from.to_vec())?, Care::Thorough, STEPS)?.values;
 
     let at = |values: &[f64], runs: &[Experiment]| -> Result<(DVector<f64>, Score)> {
         let traces = predictions(&fit.hypothesis.machine(machine, values)?, runs)?;
@@ -62,11 +62,10 @@ pub(super) fn joint(
     let (left, _) = at(&values, training)?;
     let of_training = Objective::new(machine, &fit.hypothesis, training, floor);
     let weights = weights(&of_training, &begun_score, &begun);
-    let cost = |residuals: &DVector<f64>| residuals.component_mul(&weights).dot(residuals);
     let prior = fit.hypothesis.strain(&values) - fit.strain();
-    let strain = (0.5 * (cost(&left) - cost(&begun)) + prior).max(0.0);
+    let strain = (0.5 * (squares(&left, &weights) - squares(&begun, &weights)) + prior).max(0.0);
     let (residuals, score) = at(&values, held_out)?;
-    Ok(Joint { values, residuals, score, strain })
+    Ok(Place { values, residuals, score, strain })
 }
 
 #[cfg(test)]

@@ -1,7 +1,7 @@
 //! Fits to the end that go most of their way in long steps of the plant.
 
 use super::care::Care;
-use super::descent::{Arrived, Begun, descend};
+use super::descent::{Arrived, InitialGuess, descend};
 use super::objective::Objective;
 use crate::error::Result;
 
@@ -19,7 +19,7 @@ use crate::error::Result;
 /// D. Echeverría, P. W. Hemker (2005), *Space mapping and defect correction*, Comput. Methods Appl. Math. 5:107.
 pub(super) fn descend_from(
     objective: &Objective,
-    start: Begun,
+    start: InitialGuess,
     care: Care,
     iterations: usize,
 ) -> Result<Arrived> {
@@ -31,14 +31,18 @@ pub(super) fn descend_from(
 }
 
 /// Where the fit in long steps ends; the start where there are none.
-fn descended_in_long_steps(objective: &Objective, start: Begun, iterations: usize) -> Result<Begun> {
+fn descended_in_long_steps(
+    objective: &Objective,
+    start: InitialGuess,
+    iterations: usize,
+) -> Result<InitialGuess> {
     let fine = &start.residuals;
     let Some((long, residuals)) = objective.lengthened(&start.values, fine)? else { return Ok(start) };
     let defect = fine - &residuals;
     let corrected = Objective { defect: Some(&defect), ..long };
-    let begun = Begun { values: start.values, residuals: residuals + &defect };
+    let begun = InitialGuess { values: start.values, residuals: residuals + &defect };
     let values = descend(&corrected, begun, Care::Thorough, iterations)?.values;
-    Begun::at(objective, values)
+    InitialGuess::at(objective, values)
 }
 
 #[cfg(test)]
@@ -52,25 +56,21 @@ pub(super) mod tests {
     use crate::diagnose::noise::Floor;
     use crate::effect::EffectId;
     use crate::machine::Machine;
+    use crate::machine::shipped;
     use crate::plant::axis::LONGEST_STEP_S;
     use crate::replay::recording::recorded;
     use crate::replay::{PlantChoice, Traces, simulate};
     use crate::twin::Sensing;
     use crate::units::Motion;
-    use std::path::Path;
 
     /// A machine whose control period is several steps of the plant long.
     pub(in crate::diagnose) fn slow() -> Machine {
-        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let mut folders: Vec<_> =
-            std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
-        folders.sort();
         let is_slow = |machine: &Machine| {
             let description = machine.description();
             let is_long = description.sample_period_s > 3.0 * LONGEST_STEP_S;
             is_long && description.controller.is_some() && machine.motion() == Motion::Prismatic
         };
-        folders.iter().filter_map(|folder| Machine::read(folder).ok()).find(is_slow).unwrap()
+        shipped().find(is_slow).unwrap()
     }
 
     /// Friction and the bristles' stiffness.
@@ -108,7 +108,7 @@ pub(super) mod tests {
         let floor = Floor::estimate(&stated, &[&runs[0]]).unwrap();
         let objective = Objective::new(&stated, &hypothesis, &runs, &floor);
         let off = |values: &[f64]| (values[0] / truth[0] - 1.0).abs().max((values[1] / truth[1] - 1.0).abs());
-        let start = Begun::at(&objective, vec![58.0, 1e7]).unwrap();
+        let start = InitialGuess::at(&objective, vec![58.0, 1e7]).unwrap();
         let long = descended_in_long_steps(&objective, start.clone(), 60).unwrap().values;
         let fine = descend_from(&objective, start, Care::Thorough, 60).unwrap().values;
         assert!(off(&long) > 10.0 * off(&fine) && off(&fine) < 1e-4, "{long:?} {fine:?}");

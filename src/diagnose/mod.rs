@@ -6,7 +6,7 @@
 mod amplitude;
 mod attribute;
 mod autocorrelation;
-mod begun;
+mod beginnings;
 mod borne_out;
 mod bounded;
 pub mod candidate;

@@ -59,8 +59,8 @@ pub fn covariance(
 mod tests {
     use super::*;
     use crate::diagnose::long_steps::tests::{bristles, slow, to_and_fro};
+    use crate::machine::shipped;
     use crate::replay::recording::recorded;
-    use std::path::Path;
 
     /// Friction and bristles at these values, and the log of a machine to which they belong.
     fn at(machine: &Machine, real: &Machine, truth: [f64; 2]) -> (Fit, Vec<Experiment>, Floor) {
@@ -87,12 +87,8 @@ mod tests {
     /// By what logs of machines, of which one modal mass after the other is heavier by half its tolerance, move the numbers adds up, in squares, to the covariance.
     #[test]
     fn exact_heavier_modes_move_the_numbers_by_what_is_added() {
-        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let mut folders: Vec<_> =
-            std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
-        folders.sort();
         let has_base = |machine: &Machine| !machine.constants().modes.is_empty();
-        let stated = folders.iter().filter_map(|folder| Machine::read(folder).ok()).find(has_base).unwrap();
+        let stated = shipped().find(has_base).unwrap();
         // Of a sensor that is a thousand times finer the recoil of the base shows in one short run.
         let noise_m = toml::Value::Float(1e-3 * stated.description().encoder.noise_m);
         let machine = stated.with_settings([("encoder.noise_m", noise_m)]).unwrap();

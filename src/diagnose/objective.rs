@@ -1,19 +1,18 @@
 //! What a fit minimises.
 
+use super::beginnings::has_own_beginnings;
 use super::care::{Care, Sensitivities};
 use super::evidence::{LARGEST, finite};
 use super::experiment::Experiment;
 use super::hypothesis::Hypothesis;
 use super::noise::Floor;
 use super::phase;
-use super::play::has_play;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::axis::LONGEST_STEP_S;
 use crate::recording::Signal;
 use crate::replay::Traces;
-use crate::replay::recorded::shakes;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -231,7 +230,7 @@ impl<'a> Objective<'a> {
         let even = |machine: Machine| noisy.iter().try_fold(machine, |m, of| m.without_effect(*of)).ok();
         let machines: Vec<Option<Machine>> =
             varied.iter().map(|set| self.fitted(set).and_then(even)).collect();
-        let near = self.fitted(values).and_then(even).filter(|m| shakes(m) || has_play(m));
+        let near = self.fitted(values).and_then(even).filter(has_own_beginnings);
         let valid: Option<Vec<Machine>> = machines.iter().cloned().collect();
         let nuisance = near.zip(valid).filter(|(_, varied)| !varied.is_empty());
         let mut changed = match &nuisance {

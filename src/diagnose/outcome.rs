@@ -130,12 +130,11 @@ mod tests {
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
     use crate::diagnose::posterior::posterior;
     use crate::diagnose::rivals;
+    use crate::machine::shipped;
 
     /// Some machine that is shipped.
     fn machine() -> Machine {
-        let models = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let mut folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
-        folders.find_map(|folder| Machine::read(&folder).ok()).unwrap()
+        shipped().next().unwrap()
     }
 
     /// Of 1e4 as it is, 101 calibrated and 3 with friction, friction closes 98 of 100 beside calibration.

@@ -3,10 +3,10 @@
 use super::evidence::{Score, predictions};
 use super::experiment::{HeldOut, Training};
 use super::fit::{Fit, inside};
-use super::joint::{Joint, joint};
+use super::joint::{Place, joint};
 use super::noise::Floor;
 use super::objective::{Objective, weighted};
-use super::predictive_weights::weights;
+use super::predictive_weights::{squares, weights};
 use super::thresholds::{MOST, SMALL_GAP};
 use crate::error::Result;
 use crate::machine::Machine;
@@ -75,61 +75,81 @@ pub fn predictive(
     if fit.values.is_empty() {
         return Ok(Predictive::of(score.clone()));
     }
-    let mut here = Place::of(&fit.values, objective.residuals(&fit.values)?, score);
-    let mut jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
-    let mut has_arrived = false;
+    let begun = Place {
+        values: fit.values.clone(),
+        residuals: objective.residuals(&fit.values)?,
+        score: score.clone(),
+        strain: 0.0,
+    };
+    let Stepped { mut place, mut jacobian, has_arrived } = stepped(&objective, fit, held_out, begun)?;
+    if !has_arrived && is_open(fit, &place.score) {
+        let joint = joint(machine, fit, [training.runs(), held_out.runs()], floor, &place.values)?;
+        let weights = weights(&objective, &joint.score, &joint.residuals);
+        if cost(&joint, &weights) < cost(&place, &weights) {
+            jacobian = objective.jacobian(&joint.values, &joint.residuals, None)?;
+            place = joint;
+        }
+    }
+    let weights = weights(&objective, &place.score, &place.residuals);
+    let Some(occam) = occam(&jacobian, &weights, &fit.covariance) else {
+        return Ok(Predictive::of(score.clone()));
+    };
+    let moved = place.values != fit.values;
+    Ok(Predictive { score: place.score, cost: place.strain + occam, values: moved.then_some(place.values) })
+}
+
+/// Where the steps of the update end.
+struct Stepped {
+    place: Place,
+    /// Derivatives of the residuals of the held-out runs, taken there or at a place before.
+    jacobian: DMatrix<f64>,
+    /// Whether a further step would gain no more than a nat.
+    has_arrived: bool,
+}
+
+/// Takes the steps of the update from the fit on.
+fn stepped(objective: &Objective, fit: &Fit, held_out: &HeldOut, begun: Place) -> Result<Stepped> {
+    let mut place = begun;
+    let mut jacobian = objective.jacobian(&place.values, &place.residuals, None)?;
     for round in 0..MOST_PLACES {
         // What is left at the fit, as it looks from here.
-        let begun = &here.residuals - &jacobian * &here.step;
-        let weights = |left: &DVector<f64>| weights(&objective, &here.score, left);
-        let Some(update) = Update::of(&begun, &jacobian, &fit.covariance, weights) else { break };
-        let cost = |residuals: &DVector<f64>, strain: f64| {
-            residuals.component_mul(&update.weights).dot(residuals) + 2.0 * strain
-        };
-        let (now, foreseen) =
-            (cost(&here.residuals, here.strain), cost(&(begun + &jacobian * &update.step), update.strain));
-        has_arrived = round > 0 && now - foreseen <= 2.0 * A_NAT;
-        if has_arrived {
-            break;
+        let at_fit = &place.residuals - &jacobian * way(fit, &place.values);
+        let weights = |left: &DVector<f64>| weights(objective, &place.score, left);
+        let Some(update) = Update::of(&at_fit, &jacobian, &fit.covariance, weights) else { break };
+        let linear = at_fit + &jacobian * &update.step;
+        let foreseen = squares(&linear, &update.weights) + 2.0 * update.strain;
+        let now = cost(&place, &update.weights);
+        if round > 0 && now - foreseen <= 2.0 * A_NAT {
+            return Ok(Stepped { place, jacobian, has_arrived: true });
         }
         let free = fit.hypothesis.free.iter().zip(&fit.values).zip(&update.step);
         let beyond: Vec<f64> = free.map(|((free, value), step)| value + step * free.scale).collect();
         let values = inside(&fit.hypothesis, &beyond);
-        let Ok(moved) = fit.hypothesis.machine(machine, &values) else { break };
+        let Ok(moved) = fit.hypothesis.machine(objective.machine, &values) else { break };
         let traces = predictions(&moved, held_out.runs())?;
         let residuals = objective.residuals_from(&traces);
-        let there = cost(&residuals, update.strain);
+        let there = squares(&residuals, &update.weights) + 2.0 * update.strain;
         if there > now {
             break;
         }
-        let score = Score::of_traces(held_out.runs(), &traces, floor);
-        let way = fit.hypothesis.free.iter().zip(values.iter().zip(&fit.values));
-        let way = way.map(|(free, (there, fitted))| (there - fitted) / free.scale);
-        // Not the step of the update: that may have ended at a bound.
-        let step = DVector::from_iterator(values.len(), way);
-        here = Place { values, residuals, step, strain: update.strain, score };
+        let score = Score::of_traces(held_out.runs(), &traces, objective.floor);
+        place = Place { values, residuals, score, strain: update.strain };
         if there - foreseen > 2.0 * A_NAT {
-            jacobian = objective.jacobian(&here.values, &here.residuals, None)?;
+            jacobian = objective.jacobian(&place.values, &place.residuals, None)?;
         }
     }
-    if !has_arrived && is_open(fit, &here.score) {
-        let joint = joint(machine, fit, [training.runs(), held_out.runs()], floor, &here.values)?;
-        let weights = weights(&objective, &joint.score, &joint.residuals);
-        let cost = |residuals: &DVector<f64>, strain: f64| {
-            residuals.component_mul(&weights).dot(residuals) + 2.0 * strain
-        };
-        if cost(&joint.residuals, joint.strain) < cost(&here.residuals, here.strain) {
-            jacobian = objective.jacobian(&joint.values, &joint.residuals, None)?;
-            let Joint { values, residuals, score, strain } = joint;
-            here = Place { values, residuals, step: DVector::zeros(0), strain, score };
-        }
-    }
-    let weights = weights(&objective, &here.score, &here.residuals);
-    let Some(occam) = occam(&jacobian, &weights, &fit.covariance) else {
-        return Ok(Predictive::of(score.clone()));
-    };
-    let moved = here.values != fit.values;
-    Ok(Predictive { score: here.score, cost: here.strain + occam, values: moved.then_some(here.values) })
+    Ok(Stepped { place, jacobian, has_arrived: false })
+}
+
+/// How far values are from those of a fit, in units of the numbers' scales; not the step of an update, which may have ended at a bound.
+fn way(fit: &Fit, values: &[f64]) -> DVector<f64> {
+    let pairs = fit.hypothesis.free.iter().zip(values.iter().zip(&fit.values));
+    DVector::from_iterator(values.len(), pairs.map(|(free, (there, fitted))| (there - fitted) / free.scale))
+}
+
+/// Twice the negative logarithm of what the held-out runs and those before have of a place, but for a constant.
+fn cost(place: &Place, weights: &DVector<f64>) -> f64 {
+    squares(&place.residuals, weights) + 2.0 * place.strain
 }
 
 /// Whether more than a small gap is left of the held-out runs, most of it more than the training runs leave: numbers farther away than the training runs are
@@ -137,26 +157,6 @@ pub fn predictive(
 fn is_open(fit: &Fit, score: &Score) -> bool {
     let left = (fit.mean_square - 1.0).max(0.0);
     score.gap() > SMALL_GAP && left < (1.0 - MOST) * (score.mean_square() - 1.0)
-}
-
-/// Where the numbers are.
-struct Place {
-    values: Vec<f64>,
-    /// What is left of the held-out runs there.
-    residuals: DVector<f64>,
-    /// How far that is from the fit, in units of the numbers' scales.
-    step: DVector<f64>,
-    /// ½·ΔᵀC⁻¹Δ of the update that led there, in nats.
-    strain: f64,
-    score: Score,
-}
-
-impl Place {
-    /// The fit.
-    fn of(values: &[f64], residuals: DVector<f64>, score: &Score) -> Self {
-        let (step, score) = (DVector::zeros(values.len()), score.clone());
-        Self { values: values.to_vec(), residuals, step, strain: 0.0, score }
-    }
 }
 
 /// I + JᵀWJ·C.

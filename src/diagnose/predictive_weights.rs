@@ -19,3 +19,8 @@ pub(super) fn weights(objective: &Objective, score: &Score, residuals: &DVector<
     }
     weights
 }
+
+/// Weighted sum of squares of residuals.
+pub(super) fn squares(residuals: &DVector<f64>, weights: &DVector<f64>) -> f64 {
+    residuals.component_mul(weights).dot(residuals)
+}

@@ -86,9 +86,8 @@ fn shift(machine: &Machine, key: &str, value: &toml::Value) -> Option<Shift> {
     let set = value.as_float().or_else(|| value.as_integer().map(|n| n as f64))?;
     let (name, number) = key.strip_prefix("effect.")?.split_once('.')?;
     let effect = EffectId::ALL.iter().copied().find(|effect| effect.name() == name)?;
-    let form = effect.form().iter().map(|form| &form.parameter);
-    let mut numbers = effect.parameters().iter().chain(effect.further()).chain(form).enumerate();
-    let (index, parameter) = numbers.find(|(_, p)| [p.name, p.revolute_name].contains(&number))?;
+    let (index, parameter) =
+        effect.numbers().enumerate().find(|(_, p)| [p.name, p.revolute_name].contains(&number))?;
     // One name for one number: the one that fits use.
     let path = path(effect, parameter.key(machine.motion()));
     let stated = match machine.stated_before(&path) {
@@ -108,22 +107,15 @@ fn usual(effect: EffectId, parameter: &Parameter) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::shipped;
     use crate::recording::Signal;
     use crate::units::Motion;
     use std::collections::BTreeMap;
-    use std::path::Path;
 
     const PAYLOAD: &str = "effect.payload.mass_kg";
 
     fn machine() -> Machine {
-        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let mut folders: Vec<_> = std::fs::read_dir(models).unwrap().map(|e| e.unwrap().path()).collect();
-        folders.sort();
-        folders
-            .iter()
-            .filter_map(|f| Machine::read(f).ok())
-            .find(|m| m.motion() == Motion::Prismatic)
-            .unwrap()
+        shipped().find(|machine| machine.motion() == Motion::Prismatic).unwrap()
     }
 
     fn run(settings: &[(&str, toml::Value)]) -> Run {

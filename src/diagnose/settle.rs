@@ -17,19 +17,11 @@ impl Found {
         self.posterior = posterior(self, before);
     }
 
-    /// Whether a candidate leaves no more than the chosen explanation but for what the form of a law may leave.
+    /// Whether a candidate leaves no more than the chosen explanation but for what the form of a law may leave; of one that is not fitted to the end, whether it may
+    /// then.
     fn is_of_form(&self, index: usize, before: &Score) -> bool {
-        self.is_form(self.left(index), before)
-    }
-
-    /// Whether it may, once it is fitted to the end.
-    fn may_be_of_form(&self, index: usize, before: &Score) -> bool {
         let share = if self.candidates[index].thorough { 1.0 } else { MOST_FALL };
-        self.is_form(share * self.left(index), before)
-    }
-
-    fn is_form(&self, left: f64, before: &Score) -> bool {
-        let own = self.left(self.chosen);
+        let (own, left) = (self.left(self.chosen), share * self.left(index));
         // What closes nine tenths of the rest is no detail of another law.
         let closes_the_rest = own - 1.0 <= (1.0 - LARGELY) * (left - 1.0);
         !closes_the_rest && left - own < self.limits.open_share * self.uncalibrated(before)
@@ -55,11 +47,14 @@ impl Search<'_> {
     }
 
     /// Takes out of an explanation that leaves more than noise the effects without which no more of the gap stays open than the form of a law may leave, and which do
-    /// not close nine tenths of what is left without them: a law whose
-    /// form is only nearly right leaves something that another effect can follow. What that closes makes no verdict either.
+    /// not close nine tenths of what is left without them: a law whose form is only nearly right leaves something that another effect can follow. What that closes
+    /// makes no verdict either.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
     pub(super) fn leave_out_what_a_form_leaves(&self, found: &mut Found, before: &Score) -> Result<()> {
         while found.effects().len() > 1 && !found.predicts_to_noise(found.chosen) {
-            let may_be = |set: &EffectSet| found.index(set).is_none_or(|k| found.may_be_of_form(k, before));
+            let may_be = |set: &EffectSet| found.index(set).is_none_or(|k| found.is_of_form(k, before));
             let smaller: Vec<EffectSet> = self.subsets(found.effects()).into_iter().filter(may_be).collect();
             let indices = self.explored(found, &smaller)?;
             let may_go = |k: &usize| found.is_sound(*k) && found.is_of_form(*k, before);

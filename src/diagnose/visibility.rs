@@ -109,20 +109,16 @@ pub fn findings(experiments: &[Experiment]) -> Vec<Finding> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::Path;
+    use crate::machine::shipped;
 
     /// A mode that is stated as an effect is no mode of the base, which could be off its stated value.
     #[test]
     fn exact_a_further_mode_makes_no_base() {
-        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let mut folders: Vec<_> =
-            std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path()).collect();
-        folders.sort();
         let is_bare = |machine: &Machine| {
             let constants = machine.constants();
             constants.modes.is_empty() && EffectId::FlexibleMode.applies(&constants)
         };
-        let bare = folders.iter().filter_map(|folder| Machine::read(folder).ok()).find(is_bare).unwrap();
+        let bare = shipped().find(is_bare).unwrap();
         let mode = [("frequency_hz", 40.0), ("mass_kg", 100.0), ("damping_ratio", 0.02)];
         let set = mode.map(|(key, value)| (format!("effect.flexible_mode.{key}"), toml::Value::Float(value)));
         let machine = bare.with_settings(set.iter().map(|(path, v)| (path.as_str(), v.clone()))).unwrap();

@@ -40,6 +40,12 @@ macro_rules! catalogue {
                 match self { $(Self::$law => <$law as Law>::FORM,)+ }
             }
 
+            /// Its parameters, its further numbers and those of its form, one after the other.
+            pub fn numbers(self) -> impl Iterator<Item = &'static Parameter> {
+                let form = self.form().iter().map(|form| &form.parameter);
+                self.parameters().iter().chain(self.further()).chain(form)
+            }
+
             /// See [`Law::MODIFIES`].
             pub fn modifies(self) -> &'static [EffectId] {
                 match self { $(Self::$law => <$law as Law>::MODIFIES,)+ }

@@ -13,6 +13,8 @@ mod key_path;
 mod plans;
 pub mod provenance;
 mod schema;
+#[cfg(test)]
+mod shipped;
 mod stated;
 mod tolerance;
 mod turned;
@@ -24,6 +26,8 @@ pub use file_tables::{FileKey, FileTable, file_tables};
 pub use plans::{CrosscheckPlan, TunePlan, Vary};
 pub use provenance::Provenance;
 pub use schema::schema;
+#[cfg(test)]
+pub(crate) use shipped::shipped;
 pub use tolerance::Tolerance;
 pub use turned::turned;
 

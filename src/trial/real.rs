@@ -206,16 +206,14 @@ fn with_effects(machine: &Machine, effects: &[Acting]) -> Result<Machine> {
 #[allow(clippy::unwrap_used)]
 mod tests {
     use super::*;
-    use std::path::Path;
+    use crate::machine::shipped;
 
     /// A hidden effect that states a constant anew is calibrated like the constant: a viscous coefficient by 12 % of the stated one, a stated
     /// friction by its tolerance. Without the hidden effect the constant itself moves.
     #[test]
     fn exact_constants_stated_anew_have_their_tolerance() {
-        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
         let drags = |machine: &Machine| machine.constants().viscous > 0.0;
-        let machine = folders.filter_map(|folder| Machine::read(&folder).ok()).find(drags).unwrap();
+        let machine = shipped().find(drags).unwrap();
         let known = Acting::attendant(EffectId::CoulombFriction, vec![10.0]);
         let real = Real::new(&machine, NominalErrors::default(), vec![known]).unwrap();
         let stated = machine.constants().viscous;

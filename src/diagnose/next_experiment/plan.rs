@@ -225,15 +225,12 @@ fn two_digits(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::machine::shipped;
     use crate::recording::Run;
     use std::collections::BTreeMap;
-    use std::path::Path;
 
     fn machines() -> Vec<Machine> {
-        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
-        let machines = folders.filter_map(|folder| Machine::read(&folder).ok());
-        machines.filter(|machine| machine.description().controller.is_some()).collect()
+        shipped().filter(|machine| machine.description().controller.is_some()).collect()
     }
 
     /// A short motion as it may have been recorded on any machine.

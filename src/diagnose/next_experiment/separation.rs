@@ -11,7 +11,7 @@ use crate::singular::decomposed;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Step by which a number is varied, in its scales: above rounding, below curvature.
+/// Step by which a number is varied, in its scales, or a phase in rad: above rounding, below curvature.
 const DIFFERENCE: f64 = 1e-3;
 
 /// What a run shows of an explanation: its prediction, and the sensitivities of that to its numbers, in scales.
@@ -41,7 +41,7 @@ impl Seen {
             sets.push(varied);
             steps.push((k, free.scale / step));
         }
-        let Images { of_sets, advanced } = stage.images(base, fit, &sets)?;
+        let Images { of_sets, advanced } = stage.images(base, fit, &sets, DIFFERENCE)?;
         let mut images = of_sets.into_iter();
         let image = images.next().flatten().unwrap_or_default();
         let mut sensitivities = DMatrix::zeros(image.len(), fit.values.len());

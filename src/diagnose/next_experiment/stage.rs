@@ -1,16 +1,16 @@
 //! One run on which rivals are compared: recorded, or simulated as it would be recorded.
 
 use super::plan::Plan;
+use crate::diagnose::beginnings::has_own_beginnings;
 use crate::diagnose::experiment::Experiment;
 use crate::diagnose::fit::Fit;
 use crate::diagnose::noise::Floor;
-use crate::diagnose::play::{self, has_play};
+use crate::diagnose::play;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::plant::axis::LONGEST_STEP_S;
 use crate::recording::{Run, Signal};
-use crate::replay::recorded::shakes;
 use crate::replay::recording::recorded;
 use crate::replay::{PlantChoice, Traces, simulate};
 use crate::twin::Sensing;
@@ -107,19 +107,26 @@ impl Stage {
     }
 
     /// What a hypothesis predicts with several sets of values, all near the first one; the squared distance of two predictions is twice a difference of
-    /// log-likelihood. Of a machine with a vibration or a play all have the phase, or the place in the play where the run begins, that suits the first.
+    /// log-likelihood. Of a machine with a vibration or a play all have the phase, or the place in the play where the run begins, that suits the first; `advance` is by
+    /// how much that is varied, in rad or as a share of half the play.
     ///
     /// # Errors
     /// A setting of the run that the machine does not have.
-    pub(super) fn images(&self, base: &Machine, fit: &Fit, sets: &[Vec<f64>]) -> Result<Images> {
+    pub(super) fn images(
+        &self,
+        base: &Machine,
+        fit: &Fit,
+        sets: &[Vec<f64>],
+        advance: f64,
+    ) -> Result<Images> {
         let machines: Vec<Option<Machine>> =
             sets.iter().map(|values| fit.hypothesis.machine(base, values).ok()).collect();
         let sound: Vec<Machine> = machines.iter().flatten().cloned().collect();
-        let near = machines.first().and_then(Option::as_ref).filter(|m| shakes(m) || has_play(m));
+        let near = machines.first().and_then(Option::as_ref).filter(|machine| has_own_beginnings(machine));
         let mut predicted = match near {
             None => self.experiment.predict_together(&sound, LONGEST_STEP_S)?,
             Some(near) => {
-                let advanced = sound.iter().map(|machine| (machine, 0.0)).chain([(near, ADVANCE)]);
+                let advanced = sound.iter().map(|machine| (machine, 0.0)).chain([(near, advance)]);
                 self.experiment.predict_near(near, &advanced.collect::<Vec<_>>(), LONGEST_STEP_S)?
             }
         };
@@ -147,9 +154,6 @@ impl Stage {
             .collect()
     }
 }
-
-/// By what a phase is advanced, in rad, or the place in a play, as a share of half of it.
-const ADVANCE: f64 = 1e-3;
 
 /// What a hypothesis predicts, all signals one after the other in weighted units of noise.
 pub(super) struct Images {
@@ -254,18 +258,15 @@ fn root_mean_square(samples: &[f64]) -> f64 {
 mod tests {
     use super::*;
     use crate::diagnose::hypothesis::{EffectSet, Hypothesis};
+    use crate::machine::shipped;
     use crate::units::Motion;
     use nalgebra::DMatrix;
-    use std::path::Path;
 
     /// What was recorded is known to be safe: three times its effort may be asked for and no more, whatever the amplifier can do.
     #[test]
     fn exact_planned_runs_stay_within_three_times_the_recorded_effort() {
-        let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("models");
-        let folders = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
-        let mut machines = folders.filter_map(|folder| Machine::read(&folder).ok());
         // A linear machine that is far from its own limits: one that rides on sliders.
-        let machine = machines.find(|machine| machine.constants().has_slider_loads).unwrap();
+        let machine = shipped().find(|machine| machine.constants().has_slider_loads).unwrap();
         let effects = EffectSet::new();
         let hypothesis = Hypothesis {
             effects: effects.clone(),

@@ -1,11 +1,18 @@
 //! How lately replayed machines begin a run: with which phase of a vibration, and where in a play.
 
+use super::play::has_play;
 use crate::error::Result;
 use crate::machine::Machine;
+use crate::replay::recorded::shakes;
 use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
-/// So many machines are remembered. A fit asks twice in a row for the same one, for its residuals and for their derivatives, and a few fits run side by side.
+/// Whether each run of a machine has a beginning of its own: a phase of a vibration, or a place in a play.
+pub fn has_own_beginnings(machine: &Machine) -> bool {
+    shakes(machine) || has_play(machine)
+}
+
+/// So many machines are remembered, a choice of cost. A fit asks twice in a row for the same one, for its residuals and for their derivatives, and a few fits run side by side.
 const REMEMBERED: usize = 16;
 
 /// A machine, the longest step of its replays in s, and the machine with the beginning that suits the run.
@@ -13,7 +20,7 @@ type Beginning = (Machine, f64, Machine);
 
 /// Machines with the beginnings that suit one run, the latest last.
 ///
-/// A beginning costs seven replays of the run; it is the same each time.
+/// To find one costs three replays of the run for a vibration and six for a play; it is the same each time.
 #[derive(Debug, Default)]
 pub struct Beginnings(Mutex<VecDeque<Beginning>>);
 
