@@ -2,7 +2,7 @@
 
 use super::decide::above_noise;
 use super::verdict::{Cause, Diagnosis, Parameter, Reference, Verdict};
-use super::{Before, Options, diagnose, diagnose_after};
+use super::{Before, Options, diagnose_after};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Recording, Signal};
@@ -29,7 +29,7 @@ const PASSES: usize = 3;
 /// What neither the reference nor the recording tells of the machine stays as its file states it.
 ///
 /// # Errors
-/// What [`diagnose`] refuses, of either recording.
+/// What [`diagnose`](super::diagnose) refuses, of either recording.
 pub fn compare(
     machine: &Machine,
     reference: &Recording,
@@ -47,10 +47,11 @@ pub struct Baseline {
 }
 
 impl Baseline {
-    /// Diagnoses the reference until nothing more is named, and takes all of it into the twin.
+    /// Diagnoses the reference until nothing more is named, and takes all of it into the twin. Of a reference that no explanation explains that is the most probable
+    /// one, whether its effects are certain or not: what changed is told from what the baseline predicts.
     ///
     /// # Errors
-    /// What [`diagnose`] refuses of the reference, with its path.
+    /// What [`diagnose`](super::diagnose) refuses of the reference, with its path.
     pub fn of(machine: &Machine, reference: &Recording, options: &Options) -> Result<Self> {
         Self::found(machine, reference, options).map_err(|error| {
             match reference.path.as_os_str().is_empty() {
@@ -63,13 +64,16 @@ impl Baseline {
     /// What has changed when `recording` was made.
     ///
     /// # Errors
-    /// What [`diagnose`] refuses of the recording.
+    /// What [`diagnose`](super::diagnose) refuses of the recording.
     pub fn change(&self, recording: &Recording, options: &Options) -> Result<Diagnosis> {
         diagnose_after(&self.machine, recording, options, self.known.clone())
     }
 
     fn found(machine: &Machine, reference: &Recording, options: &Options) -> Result<Self> {
-        let mut last = diagnose(machine, reference, options)?;
+        let diagnose = |machine: &Machine| {
+            diagnose_after(machine, reference, options, Before { is_reference: true, ..Before::default() })
+        };
+        let mut last = diagnose(machine)?;
         let mut baseline = last.improved(machine)?;
         let mut known = Reference {
             verdict: last.verdict,
@@ -85,7 +89,7 @@ impl Baseline {
             if last.causes.is_empty() || last.refinements.is_empty() || is_small {
                 break;
             }
-            last = diagnose(&baseline, reference, options)?;
+            last = diagnose(&baseline)?;
             if last.withheld.is_some() {
                 break;
             }
@@ -95,7 +99,7 @@ impl Baseline {
         let signals = last.gap.signals.iter();
         let left =
             signals.filter_map(|gap| Some((Signal::from_key(&gap.signal)?.0, gap.rms_after))).collect();
-        Ok(Self { machine: baseline, known: Before { left, reference: Some(known) } })
+        Ok(Self { machine: baseline, known: Before { left, reference: Some(known), is_reference: false } })
     }
 }
 

@@ -169,6 +169,8 @@ struct Before {
     left: BTreeMap<Signal, f64>,
     /// In a comparison, the diagnosis of the reference.
     reference: Option<verdict::Reference>,
+    /// Whether the recording is the reference of a comparison.
+    is_reference: bool,
 }
 
 /// Diagnoses a recording of a machine of which something is known before.
@@ -266,6 +268,7 @@ impl<'a> Ready<'a> {
             stretches: &self.stretches,
             earlier,
             limits: &options.limits,
+            for_prediction: self.known.is_reference,
             progress: options.progress,
         };
         search.run(&self.before)

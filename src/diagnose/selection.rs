@@ -40,6 +40,8 @@ pub struct Search<'a> {
     pub earlier: Option<&'a Found>,
     /// Limits of the decision.
     pub limits: &'a Limits,
+    /// Whether an explanation is wanted for what it predicts, and not for its names: what is found in part need not be certain then.
+    pub for_prediction: bool,
     /// Told how far the fitting is.
     pub progress: &'a (dyn Fn(Progress) + Sync),
 }

@@ -38,7 +38,9 @@ impl Search<'_> {
         let Some(certain) = found.certain(self.machine, self.limits.probability) else { return Ok(()) };
         let Some(&index) = self.explored(found, &[certain])?.first() else { return Ok(()) };
         let measured = self.floors.common.is_measured();
-        let is_in_part = found.is_resolved(index) && !found.is_sufficient(found.chosen, before, measured);
+        let is_in_part = !self.for_prediction
+            && found.is_resolved(index)
+            && !found.is_sufficient(found.chosen, before, measured);
         if is_in_part || found.leaves_nothing_to_name(index, before, measured) {
             found.chosen = index;
         }
@@ -67,7 +69,7 @@ impl Search<'_> {
     }
 
     /// Where the chosen explanation leaves too much for a cause: takes the most probable one if it is improbable, and else the one with all effects that
-    /// are certain, if those are more. No verdict rests on it where the training runs do not identify it (see
+    /// are certain, if those are more. Where an explanation is wanted for what it predicts it is the most probable one in any case. No verdict rests on it where the training runs do not identify it (see
     /// [`Unidentified`](super::grounds::Unidentified)).
     ///
     /// # Source
@@ -85,7 +87,7 @@ impl Search<'_> {
                 return;
             }
             let decides = self.limits.probability;
-            let other = match own < decides {
+            let other = match self.for_prediction || own < decides {
                 true => Some(found.most_probable()),
                 false => found.all_certain(self.machine, decides),
             };

@@ -95,8 +95,9 @@ pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> Option<String> 
     let gap = &diagnosis.gap;
     match diagnosis.verdict {
         Verdict::NoGap => Some(format!(
-            "Nothing changed since the reference beyond tolerance: the twin of the machine as it was then predicts the \
+            "{} since the reference beyond tolerance: the twin of the machine as it was then predicts the \
              unseen runs as well as it does the reference (G = {}).{}",
+            if may_hide_a_change(reference) { "No change shows" } else { "Nothing changed" },
             times_noise(gap.after),
             undetectable(reference)
         )),
@@ -113,9 +114,14 @@ pub(super) fn sentence(diagnosis: &Diagnosis, motion: Motion) -> Option<String> 
     }
 }
 
+/// Whether the twin leaves more of the reference than noise, in which a change may be hidden.
+pub(super) fn may_hide_a_change(reference: &Reference) -> bool {
+    reference.gap_after > ADEQUATE_GAP
+}
+
 /// What may have changed all the same, where the twin leaves more of the reference than noise.
 fn undetectable(reference: &Reference) -> String {
-    if reference.gap_after <= ADEQUATE_GAP {
+    if !may_hide_a_change(reference) {
         return String::new();
     }
     let left = times_noise(reference.gap_after);

@@ -1,6 +1,7 @@
 //! What was calibrated, what was noticed in the data, and what to do next.
 
 use super::Style;
+use super::changes::may_hide_a_change;
 use super::findings::{Sentence, doubts, is_doubt, sentences};
 use super::layout::{Align, INDENT, Ink, Table, paragraph};
 use super::number::{interval, toml_number, twin, with_interval};
@@ -131,6 +132,9 @@ pub(super) fn what_to_do(diagnosis: &Diagnosis) -> &'static str {
     }
     let compares = diagnosis.reference.is_some();
     match diagnosis.verdict {
+        Verdict::NoGap if diagnosis.reference.as_ref().is_some_and(may_hide_a_change) => {
+            "No change shows; a smaller one would with a twin that explains the reference: diagnose that by itself first and give the twin what it lacks."
+        }
         Verdict::NoGap if compares => "Nothing to repair: the machine is as it was.",
         Verdict::NoGap => "Nothing to add: on runs like these the twin stands in for the machine.",
         Verdict::Cause if diagnosis.causes.is_empty() => "",

@@ -295,11 +295,22 @@ fn exact_comparison_without_a_change_says_so() {
     d.causes.clear();
     d.verdict = Verdict::NoGap;
     d.gap.after = 1.02;
+    let left = |d: &mut Diagnosis, gap: f64| d.reference.as_mut().unwrap().gap_after = gap;
+    left(&mut d, 1.2);
     let no_gap = reports(&d, Motion::Prismatic);
     holds(
         &no_gap,
         &["Nothing changed since the reference beyond tolerance", "(G = 1.02 × noise)", "No effect is named"],
     );
+    holds(&no_gap, &["Nothing to repair"]);
+    // What the twin leaves of the reference may hide a change.
+    left(&mut d, 65.0);
+    let hidden = reports(&d, Motion::Prismatic);
+    holds(
+        &hidden,
+        &["No change shows since the reference", "65.0 × noise that the twin leaves", "a smaller one would"],
+    );
+    lacks(&hidden, &["Nothing changed", "Nothing to repair"]);
     d.verdict = Verdict::Unknown;
     d.gap.after = 21.0;
     holds(&reports(&d, Motion::Prismatic), &["A gap of 21.0 × noise remains that no effect"]);
