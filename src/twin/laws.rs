@@ -203,7 +203,8 @@ impl Laws {
         }
     }
 
-    /// A weight that depends on position is taken along the way that it and friction leave, in two rounds.
+    /// A weight that depends on position is taken along the way that it makes of the step with the friction at its beginning: how that changes over the step moves the
+    /// way by no more than the square of the step.
     #[inline(never)]
     fn under_weight(
         &self,
@@ -211,15 +212,27 @@ impl Laws {
         coast: Coast,
         here: Here,
         bristle_force: f64,
-        mut levels: impl FnMut(&LoadFriction) -> [f64; 2],
+        levels: impl FnMut(&LoadFriction) -> [f64; 2],
     ) -> (StepForce, Resistance) {
         let near = weight.near(here.position);
         let pull = |coast: Coast| coast.force_over(0.0, here.step_s, near);
-        let mut answer =
-            |pull: StepForce| (pull, self.friction(coast.under(pull), here, bristle_force, &mut levels));
-        let (first, resistance) = answer(pull(coast));
-        let (held, _) = resistance.resolved(bristle_force);
-        answer(pull(coast.under(first + held)))
+        let falling = coast.under(pull(coast));
+        let held = self.friction_at_first(falling, here.step_s, bristle_force);
+        let pull = pull(falling.under(StepForce::held(held)));
+        (pull, self.friction(coast.under(pull), here, bristle_force, levels))
+    }
+
+    /// Dry friction at the beginning of a step, without what depends on load, speed, place or time.
+    #[inline]
+    fn friction_at_first(&self, coast: Coast, step_s: f64, bristle_force: f64) -> f64 {
+        let [positive, negative] = self.constant;
+        match coast.velocity {
+            _ if self.dry.bristle.is_some() => bristle_force,
+            v if v > 0.0 => -positive,
+            v if v < 0.0 => negative,
+            // What does not slide yet is held.
+            _ => -coast.push(step_s).mean.min(positive).max(-negative),
+        }
     }
 
     /// Dry friction of the guide over a step, from the bristles' force at its beginning.
