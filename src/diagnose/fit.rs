@@ -47,6 +47,13 @@ impl Fit {
         self.hypothesis.strain(&self.values)
     }
 
+    /// The way from its values to others, in units of the numbers' scales.
+    pub(super) fn way(&self, values: &[f64]) -> DVector<f64> {
+        let pairs = self.hypothesis.free.iter().zip(values.iter().zip(&self.values));
+        let way = pairs.map(|(free, (there, fitted))| (there - fitted) / free.scale);
+        DVector::from_iterator(values.len(), way)
+    }
+
     /// Standard error, to first order, of a quantity with this gradient with respect to some of the values.
     pub fn standard_error(&self, gradient: &[(usize, f64)]) -> f64 {
         let free = &self.hypothesis.free;

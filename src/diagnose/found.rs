@@ -29,6 +29,8 @@ pub struct Found {
     pub(super) bases: BTreeMap<usize, Base>,
     /// How uncertain candidates are, of those where it was asked.
     pub(super) uncertainties: BTreeMap<usize, Uncertainty>,
+    /// Other minima of candidates that were chosen.
+    pub(super) other_minima: BTreeMap<usize, Vec<Vec<f64>>>,
     /// Limits of the decision.
     pub(super) limits: Limits,
 }
@@ -331,6 +333,7 @@ pub(super) mod tests {
             stated: EffectSet::new(),
             bases: BTreeMap::new(),
             uncertainties: BTreeMap::new(),
+            other_minima: BTreeMap::new(),
             limits: Limits::default(),
         }
     }

@@ -54,6 +54,7 @@ pub mod noise;
 mod nonparametric;
 pub mod objective;
 mod ordinates;
+mod other_minima;
 mod outcome;
 pub mod parameter;
 pub mod phase;
@@ -79,6 +80,7 @@ pub mod shape;
 mod short_travel;
 pub mod smooth;
 pub mod thresholds;
+mod told_errors;
 pub mod training_gap;
 mod uncertainty;
 pub mod untested;
@@ -107,14 +109,12 @@ use decide::Limits;
 use evidence::Score;
 use experiment::{Experiment, HeldOut, Training};
 use floors::Floors;
-use folds::Folds;
 use found::Found;
 use next_experiment::NextExperiment;
 use noise::Floor;
 use selection::Search;
 use std::collections::BTreeMap;
 use training_gap::TrainingGap;
-use uncertainty::Uncertainty;
 use visibility::View;
 
 /// What a diagnosis may name, and who is told how it goes on.
@@ -283,7 +283,8 @@ impl<'a> Ready<'a> {
     ) -> Result<Diagnosis> {
         let floor = self.floor_of(&found.candidates[found.chosen]);
         let floors = [&self.floors.common, floor];
-        let folds = self.widen_errors(&mut found)?;
+        let (runs, is_comparison) = ((&self.training, &self.held_out), self.known.reference.is_some());
+        let folds = told_errors::widen(&mut found, self.machine, runs, &self.floors, is_comparison)?;
         let predicted = folds.predicted_closed(self.machine, &self.training, floors)?;
         let found = &found;
         let chosen = &found.candidates[found.chosen];
@@ -335,20 +336,6 @@ impl<'a> Ready<'a> {
             reference: self.known.reference.clone(),
             version: env!("CARGO_PKG_VERSION").to_owned(),
         })
-    }
-
-    /// Gives the chosen explanation the standard errors and the covariance that the report states; returns its fits without each training run.
-    fn widen_errors(&self, found: &mut Found) -> Result<Folds> {
-        let known = found.uncertainties.remove(&found.chosen);
-        let fit = &mut found.candidates[found.chosen].fit;
-        let (training, floor) = (&self.training, &self.floors.common);
-        let known = known.map_or_else(|| Uncertainty::of(self.machine, fit, training, floor), Ok)?;
-        let Uncertainty { fit: wide, folds } = match self.known.reference {
-            Some(_) => known, // one base, before and after
-            None => known.beside_modal_masses(self.machine, training, floor)?,
-        };
-        (fit.standard_errors, fit.covariance) = (wide.standard_errors, wide.covariance);
-        Ok(folds)
     }
 
     /// What the chosen explanation, `improved`, leaves of the held-out runs; `predicted` is the closed share that cross-validation predicts.

@@ -113,7 +113,7 @@ fn stepped(objective: &Objective, fit: &Fit, held_out: &HeldOut, begun: Place) -
     let mut jacobian = objective.jacobian(&place.values, &place.residuals, None)?;
     for round in 0..MOST_PLACES {
         // What is left at the fit, as it looks from here.
-        let at_fit = &place.residuals - &jacobian * way(fit, &place.values);
+        let at_fit = &place.residuals - &jacobian * fit.way(&place.values);
         let weights = |left: &DVector<f64>| weights(objective, &place.score, left);
         let Some(update) = Update::of(&at_fit, &jacobian, &fit.covariance, weights) else { break };
         let linear = at_fit + &jacobian * &update.step;
@@ -139,12 +139,6 @@ fn stepped(objective: &Objective, fit: &Fit, held_out: &HeldOut, begun: Place) -
         }
     }
     Ok(Stepped { place, jacobian, has_arrived: false })
-}
-
-/// How far values are from those of a fit, in units of the numbers' scales; not the step of an update, which may have ended at a bound.
-fn way(fit: &Fit, values: &[f64]) -> DVector<f64> {
-    let pairs = fit.hypothesis.free.iter().zip(values.iter().zip(&fit.values));
-    DVector::from_iterator(values.len(), pairs.map(|(free, (there, fitted))| (there - fitted) / free.scale))
 }
 
 /// Twice the negative logarithm of what the held-out runs and those before have of a place, but for a constant.

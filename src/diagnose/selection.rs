@@ -74,6 +74,7 @@ impl Search<'_> {
             stated: stated.collect(),
             bases: BTreeMap::new(),
             uncertainties: BTreeMap::new(),
+            other_minima: BTreeMap::new(),
             limits: *self.limits,
         };
         let nothing = Hypothesis::new(self.machine, &EffectSet::new(), &Proposals::default(), &[]);
@@ -83,6 +84,9 @@ impl Search<'_> {
         let mut widened = BTreeSet::new();
         for _ in 0..MOST_EFFECTS {
             self.climb(&mut found, before)?;
+            if self.go_to_a_better_minimum(&mut found)? {
+                continue;
+            }
             if !self.widen(&mut found, before, &mut widened)? {
                 break;
             }

@@ -35,7 +35,7 @@ pub struct ForceConstant {
 
 impl Law for ForceConstant {
     const SITE: Site = Site::Motor;
-    const PHRASE: &'static str = "a force constant off its stated value";
+    const PHRASE: &'static str = "a force or torque constant off its stated value";
     const PARAMETERS: &'static [Parameter] =
         &[Parameter::same("factor", "1").positive().usually_within(LINE_VOLTAGE_TO_PHASE)];
 

@@ -91,7 +91,7 @@ impl Payload {
 
 impl Law for Payload {
     const SITE: Site = Site::Structure;
-    const PHRASE: &'static str = "a moving mass off its stated value";
+    const PHRASE: &'static str = "a moving mass or inertia off its stated value";
     const PARAMETERS: &'static [Parameter] =
         &[Parameter::differing("mass_kg", "inertia_kg_m2", "kg", "kg·m²")];
     const FURTHER: &'static [Parameter] = &[Parameter::same("lever_moment_kg_m", "kg·m")];

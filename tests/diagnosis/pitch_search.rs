@@ -225,3 +225,33 @@ fn ref_two_large_pitches_are_told_on_strokes_of_their_length() {
         assert!((found.value / period - 1.0).abs() < 0.03, "{found:?}");
     }
 }
+
+/// Cogging of 6 mm seen at two places that are 60 mm apart, at each over less than one pitch: a pitch of 30 mm with its second harmonic leaves noise as well, and begins
+/// nearer. The fit goes on to the least minimum, with 2.5 σ of the wave and with 8 σ.
+#[test]
+fn ref_the_least_minimum_of_a_pitch_is_found() {
+    let stated = model("grinder");
+    let cells = [
+        (0.0, (0.0050, 4.0, Role::Training)),
+        (0.060, (0.0052, 5.0, Role::Training)),
+        (0.0, (0.0048, 6.0, Role::HeldOut)),
+        (0.060, (0.0046, 7.0, Role::HeldOut)),
+    ];
+    let options =
+        Options { catalogue: &[EffectId::Cogging, EffectId::CoulombFriction], ..Options::default() };
+    for (sine_n, within) in [(0.03, 2e-6), (0.1, 1e-6)] {
+        let hidden = [
+            ("effect.cogging.period_m", 0.006),
+            ("effect.cogging.sine_n", sine_n),
+            ("effect.cogging.cosine_n", -0.5 * sine_n),
+        ];
+        let real = with(&stated, &hidden);
+        let recording = Strokes::both_ways(&stated, &real, 5).recording_from(&cells);
+        let d = diagnose(&stated, &recording, &options).unwrap();
+        show(&d);
+        assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["cogging"]));
+        let period = &d.causes[0].parameters["period_m"];
+        assert!(period.ci95[0] < 0.006 && 0.006 < period.ci95[1], "{period:?}");
+        assert!((period.value - 0.006).abs() < within, "{period:?}");
+    }
+}

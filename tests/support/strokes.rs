@@ -36,16 +36,21 @@ impl<'a> Strokes<'a> {
 
     /// One run of each cell.
     pub fn recording(&self, cells: &[Cell]) -> Recording {
+        self.recording_from(&cells.iter().map(|cell| (0.0, *cell)).collect::<Vec<_>>())
+    }
+
+    /// One run of each cell, from a position of its own.
+    pub fn recording_from(&self, cells: &[(f64, Cell)]) -> Recording {
         let mut begins_s = 0.0;
-        let run = |cell: &Cell| {
-            let run = self.run(*cell, begins_s);
+        let run = |(from, cell): &(f64, Cell)| {
+            let run = self.run(*from, *cell, begins_s);
             begins_s += run.duration_s() + run.sample_period_s();
             run
         };
         Recording::new(cells.iter().map(run).collect()).unwrap()
     }
 
-    fn run(&self, (stroke, feed, role): Cell, begins_s: f64) -> Run {
+    fn run(&self, from: f64, (stroke, feed, role): Cell, begins_s: f64) -> Run {
         let whole = Stroke::metres_at_metres_per_minute(stroke, feed).unwrap();
         let strokes =
             self.legs.iter().map(|share| Stroke { stroke: share * whole.stroke, ..whole }).collect();
@@ -54,6 +59,7 @@ impl<'a> Strokes<'a> {
         if self.legs.is_empty() {
             reference.resize(2000, 0.0);
         }
+        reference.iter_mut().for_each(|position| *position += from);
         let name = format!("stroke{:.0}_feed{feed:.0}", whole.stroke * 1e3);
         let sensing = Sensing::AsStated { seed: run_seed(self.seed, &name) };
         let commands = Commands::follow(self.real, &reference).unwrap().beginning(begins_s);

@@ -818,7 +818,7 @@ fn exact_another_value_of_what_is_stated_is_nothing_that_the_twin_lacked() {
     let mut d = diagnosis();
     d.causes = vec![cause("payload", "structure", 0.94, &[("mass_kg", parameter(1.5, 0.1, "kg", 0.0))])];
     let reports = reports(&d, Motion::Prismatic);
-    holds(&reports, &["The machine has a moving mass off its stated value"]);
+    holds(&reports, &["The machine has a moving mass or inertia off its stated value"]);
     lacks(&reports, &["It lacked"]);
 }
 
