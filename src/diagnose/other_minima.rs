@@ -168,7 +168,7 @@ fn starts(found: &Found) -> Vec<Vec<f64>> {
 }
 
 /// Whether two sets of values have the same periods and the same frequencies within the 95 % intervals of the fit, whichever effect has which: of two waves each may be
-/// called the first.
+/// called the first. A wave of twice the period that has its second harmonic is the same wave, too: its first one takes up noise.
 fn is_same(fit: &Fit, a: &[f64], b: &[f64]) -> bool {
     let free = &fit.hypothesis.free;
     let sorted = |name: &str, values: &[f64]| {
@@ -179,7 +179,11 @@ fn is_same(fit: &Fit, a: &[f64], b: &[f64]) -> bool {
     };
     let agree = |name: &str| {
         let mut pairs = sorted(name, a).into_iter().zip(sorted(name, b));
-        pairs.all(|(a, b)| (a.0 - b.0).abs() <= NORMAL_975 * a.1.max(b.1))
+        let agrees = |a: (f64, f64), b: f64| (a.0 - b).abs() <= NORMAL_975 * a.1;
+        pairs.all(|(a, b)| {
+            let a = (a.0, a.1.max(b.1));
+            agrees(a, b.0) || name != "frequency_hz" && agrees((a.0, 2.0 * a.1), 2.0 * b.0)
+        })
     };
     free.iter().filter(|free| free.is_line()).all(|free| agree(free.name))
 }
@@ -231,5 +235,8 @@ mod tests {
         };
         assert!(is_same(&fit, &fit.values, &[0.0515, 0.0285]));
         assert!(!is_same(&fit, &fit.values, &[0.03, 0.0525]));
+        // Twice the first pitch, and not half of it.
+        let double = |pitch: f64| is_same(&fit, &[pitch, 0.07], &[0.03, 0.07]);
+        assert!(double(0.063) && !double(0.065) && !double(0.015));
     }
 }
