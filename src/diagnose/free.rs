@@ -93,7 +93,8 @@ impl Free {
         self.is_period() || self.name == "frequency_hz"
     }
 
-    fn is_period(&self) -> bool {
+    /// Whether it is a period over place.
+    pub(super) fn is_period(&self) -> bool {
         self.name.starts_with("period_")
     }
 }

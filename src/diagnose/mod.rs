@@ -79,8 +79,8 @@ mod settle;
 pub mod shape;
 mod short_travel;
 pub mod smooth;
+mod standard_errors;
 pub mod thresholds;
-mod told_errors;
 pub mod training_gap;
 mod uncertainty;
 pub mod untested;
@@ -284,7 +284,7 @@ impl<'a> Ready<'a> {
         let floor = self.floor_of(&found.candidates[found.chosen]);
         let floors = [&self.floors.common, floor];
         let (runs, is_comparison) = ((&self.training, &self.held_out), self.known.reference.is_some());
-        let folds = told_errors::widen(&mut found, self.machine, runs, &self.floors, is_comparison)?;
+        let folds = standard_errors::widen(&mut found, self.machine, runs, &self.floors, is_comparison)?;
         let predicted = folds.predicted_closed(self.machine, &self.training, floors)?;
         let found = &found;
         let chosen = &found.candidates[found.chosen];

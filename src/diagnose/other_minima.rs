@@ -167,27 +167,26 @@ fn starts(found: &Found) -> Vec<Vec<f64>> {
     others(fit, all)
 }
 
-/// Whether two sets of values have the same periods and the same frequencies within the 95 % intervals of the fit, whichever effect has which: of two waves each may be
-/// called the first. A wave of twice the period that has its second harmonic is the same wave, too: its first one takes up noise.
+/// Whether some values, `a`, have the periods and the frequencies of others, `b`, within the 95 % intervals of the fit, whichever effect has which: of two waves each may
+/// be called the first. A wave of twice the period whose second harmonic is the wave in question is the same one, too: its first harmonic takes up noise.
 fn is_same(fit: &Fit, a: &[f64], b: &[f64]) -> bool {
     let free = &fit.hypothesis.free;
-    let sorted = |name: &str, values: &[f64]| {
-        let of_name = (0..free.len()).filter(|&k| free[k].is_line() && free[k].name == name);
-        let mut lines: Vec<(f64, f64)> = of_name.map(|k| (values[k], fit.standard_errors[k])).collect();
+    let sorted = |line: &Free, values: &[f64]| {
+        let alike = (0..free.len()).filter(|&k| free[k].is_line() && free[k].name == line.name);
+        let mut lines: Vec<(f64, f64)> = alike.map(|k| (values[k], fit.standard_errors[k])).collect();
         lines.sort_by(|a, b| a.0.total_cmp(&b.0));
         lines
     };
-    let agree = |name: &str| {
-        let mut pairs = sorted(name, a).into_iter().zip(sorted(name, b));
-        let agrees = |a: (f64, f64), b: f64| (a.0 - b).abs() <= NORMAL_975 * a.1;
-        pairs.all(|(a, b)| {
-            let a = (a.0, a.1.max(b.1));
-            agrees(a, b.0) || name != "frequency_hz" && agrees((a.0, 2.0 * a.1), 2.0 * b.0)
+    let agree = |a: f64, b: f64, error: f64| (a - b).abs() <= NORMAL_975 * error;
+    free.iter().filter(|line| line.is_line()).all(|line| {
+        sorted(line, a).into_iter().zip(sorted(line, b)).all(|((a, own), (b, other))| {
+            let error = own.max(other);
+            agree(a, b, error) || line.is_period() && agree(a, 2.0 * b, 2.0 * error)
         })
-    };
-    free.iter().filter(|free| free.is_line()).all(|free| agree(free.name))
+    })
 }
 
+/// Scores of some values on training and held-out runs.
 fn scores(
     fit: &Fit,
     machine: &Machine,

@@ -69,8 +69,8 @@ impl Search<'_> {
     }
 
     /// Where the chosen explanation leaves too much for a cause: takes the most probable one if it is improbable, and else the one with all effects that
-    /// are certain, if those are more. Where an explanation is wanted for what it predicts it is the most probable one in any case. No verdict rests on it where the training runs do not identify it (see
-    /// [`Unidentified`](super::grounds::Unidentified)).
+    /// are certain, if those are more. Where an explanation is wanted for what it predicts it is the most probable one in any case. No verdict rests on it
+    /// where the training runs do not identify it (see [`Unidentified`](super::grounds::Unidentified)).
     ///
     /// # Source
     /// M. M. Barbieri, J. O. Berger (2004), *Optimal predictive model selection*, Ann. Statist. 32:870: of several explanations that share the

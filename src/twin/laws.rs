@@ -203,8 +203,15 @@ impl Laws {
         }
     }
 
-    /// A weight that depends on position is taken along the way that it makes of the step with the friction at its beginning: how that changes over the step moves the
-    /// way by no more than the square of the step.
+    /// Weight and dry friction over a step where the weight depends on position, in N or N·m, positive in the joint's positive direction.
+    ///
+    /// # Model
+    /// The weight is taken at two points of the way that the step makes under the weight and the friction F₁ of its beginning, held. The way without friction is known to third
+    /// order in the step h.
+    ///
+    /// # Validity
+    /// Friction that changes by ΔF over the step moves that way by up to h²·ΔF/2m, and the weight by its slope times that: with m·ω² for the slope 2·10⁻⁵ of ΔF at ω = 7 rad/s and h = 1 ms.
+    /// Without friction period and energy are exact to 10⁻⁹ (`cargo test --release --test plants gravity`).
     #[inline(never)]
     fn under_weight(
         &self,
@@ -222,7 +229,8 @@ impl Laws {
         (pull, self.friction(coast.under(pull), here, bristle_force, levels))
     }
 
-    /// Dry friction at the beginning of a step, without what depends on load, speed, place or time.
+    /// Dry friction at the beginning of a step in N or N·m, positive in the joint's positive direction, without what depends on load, speed, place or time. Of an axis at
+    /// rest it is what holds the push of the step, up to the level of friction at rest.
     #[inline]
     fn friction_at_first(&self, coast: Coast, step_s: f64, bristle_force: f64) -> f64 {
         let [positive, negative] = self.constant;
