@@ -31,6 +31,16 @@ impl Sensitivities {
         let place = self.free.iter().position(|own| own.path == free.path)?;
         Some(self.columns.column(place) * (free.scale / self.free[place].scale))
     }
+
+    /// Those of the numbers that are not left out: a fit takes its own of these.
+    pub(super) fn without(&self, is_left_out: impl Fn(&Free) -> bool) -> Self {
+        let kept: Vec<usize> = (0..self.free.len()).filter(|&k| !is_left_out(&self.free[k])).collect();
+        Self {
+            free: kept.iter().map(|&k| self.free[k].clone()).collect(),
+            columns: self.columns.select_columns(&kept),
+            ..*self
+        }
+    }
 }
 
 /// How much a fit is worth.

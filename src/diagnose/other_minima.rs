@@ -8,6 +8,7 @@ use super::experiment::{Experiment, HeldOut, Training};
 use super::fit::{Fit, inside};
 use super::found::Found;
 use super::free::{Free, Freedom};
+use super::half_pitch::halved_by_power;
 use super::long_steps::descend_from;
 use super::noise::Floor;
 use super::objective::Objective;
@@ -95,7 +96,12 @@ fn ends(found: &Found, machine: &Machine, training: &Training, floor: &Floor) ->
     if starts.is_empty() {
         return Ok(starts);
     }
-    let sensitivities = fit.sensitivities(machine, training, floor)?;
+    // A wave has other derivatives at another pitch.
+    let is_of_line = |free: &Free| {
+        let of_effect = |other: &Free| other.effect == free.effect && other.is_line();
+        free.freedom == Freedom::Cause && fit.hypothesis.free.iter().any(of_effect)
+    };
+    let sensitivities = fit.sensitivities(machine, training, floor)?.without(is_of_line);
     let fine = Objective::new(machine, &fit.hypothesis, training.runs(), floor);
     let care = Care::Rough(&sensitivities);
     let rough = Objective::new(machine, &fit.hypothesis, training.runs(), floor).for_care(care);
@@ -125,10 +131,11 @@ fn nearest<T>(mut all: Vec<(f64, T)>, most: usize) -> Vec<T> {
     all.into_iter().map(|(_, one)| one).collect()
 }
 
-/// Those of some values that have other periods and frequencies than the fit, and than those before them.
+/// Those of some values that have other periods and frequencies than the fit, and than those before them; a wave of twice the period is told as the one that it nearly is.
 fn others(fit: &Fit, all: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
     let mut others: Vec<Vec<f64>> = Vec::new();
     for values in all {
+        let values = halved_by_power(&fit.hypothesis, &values).unwrap_or(values);
         let is_new = |known: &[f64]| !is_same(fit, &values, known);
         if is_new(&fit.values) && others.iter().all(|known| is_new(known)) {
             others.push(values);
@@ -168,7 +175,7 @@ fn starts(found: &Found) -> Vec<Vec<f64>> {
 }
 
 /// Whether some values, `a`, have the periods and the frequencies of others, `b`, within the 95 % intervals of the fit, whichever effect has which: of two waves each may
-/// be called the first. A wave of twice the period whose second harmonic is the wave in question is the same one, too: its first harmonic takes up noise.
+/// be called the first.
 fn is_same(fit: &Fit, a: &[f64], b: &[f64]) -> bool {
     let free = &fit.hypothesis.free;
     let sorted = |line: &Free, values: &[f64]| {
@@ -177,13 +184,11 @@ fn is_same(fit: &Fit, a: &[f64], b: &[f64]) -> bool {
         lines.sort_by(|a, b| a.0.total_cmp(&b.0));
         lines
     };
-    let agree = |a: f64, b: f64, error: f64| (a - b).abs() <= NORMAL_975 * error;
-    free.iter().filter(|line| line.is_line()).all(|line| {
-        sorted(line, a).into_iter().zip(sorted(line, b)).all(|((a, own), (b, other))| {
-            let error = own.max(other);
-            agree(a, b, error) || line.is_period() && agree(a, 2.0 * b, 2.0 * error)
-        })
-    })
+    let agree =
+        |((a, own), (b, other)): ((f64, f64), (f64, f64))| (a - b).abs() <= NORMAL_975 * own.max(other);
+    free.iter()
+        .filter(|line| line.is_line())
+        .all(|line| sorted(line, a).into_iter().zip(sorted(line, b)).all(agree))
 }
 
 /// Scores of some values on training and held-out runs.
@@ -234,8 +239,5 @@ mod tests {
         };
         assert!(is_same(&fit, &fit.values, &[0.0515, 0.0285]));
         assert!(!is_same(&fit, &fit.values, &[0.03, 0.0525]));
-        // Twice the first pitch, and not half of it.
-        let double = |pitch: f64| is_same(&fit, &[pitch, 0.07], &[0.03, 0.07]);
-        assert!(double(0.063) && !double(0.065) && !double(0.015));
     }
 }
