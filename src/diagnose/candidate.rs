@@ -6,8 +6,10 @@ use super::fit::Fit;
 use super::free::{Free, Freedom};
 use super::grounds::Unidentified;
 use super::hypothesis::EffectSet;
+use super::merged_waves::merged;
 use super::predictive::Predictive;
-use super::thresholds::ADEQUATE_GAP;
+use super::thresholds::{ADEQUATE_GAP, LARGELY};
+use crate::effect::EffectId;
 
 /// A number nearer to an end of its range than this share of it went to the end: far above rounding, and far below any step of a fit that
 /// stops of itself.
@@ -28,6 +30,8 @@ pub struct Candidate {
     pub has_own_floor: bool,
     /// What the log says against it; see [`StatedStretches`](super::cut::contradiction::StatedStretches).
     pub contradiction: Option<Contradiction>,
+    /// The gap that each effect makes by itself, of an explanation that leaves noise (see [`own_gaps`](super::own_gap::own_gaps)); none of others.
+    pub own_gaps: Vec<(EffectId, f64)>,
     /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
     pub thorough: bool,
 }
@@ -57,6 +61,11 @@ impl Candidate {
         self.predictive.score.is_adequate() && self.training_gap <= ADEQUATE_GAP
     }
 
+    /// Whether of a signal more than a tenth of what is left may be no noise: an explanation that leaves noise may hide another one.
+    pub(super) fn may_hide_another(&self) -> bool {
+        self.predictive.score.by_signal().iter().any(|(_, level)| LARGELY * level > 1.0)
+    }
+
     /// Whether every effect shows (see [`Fit::shown`]), no number went to the end of where a fit may look, and the effort at rest does not contradict it.
     pub(super) fn is_resolved(&self) -> bool {
         self.unidentified().is_none()
@@ -81,10 +90,11 @@ impl Candidate {
         hidden.or_else(ran_off).or_else(|| at_rest.map(Unidentified::Contradicted))
     }
 
-    /// What forbids a verdict on it beside [`Self::unidentified`]: a stretch that stays open. That is no fault of its effects, others are missing beside them, and what is built
-    /// upon it may close the stretch.
+    /// What forbids a verdict on it beside [`Self::unidentified`]: a stretch that stays open, or two waves that are not told apart. Others may be missing beside its effects, and
+    /// what is built upon it may close the stretch and tell the waves apart.
     pub(super) fn incomplete(&self) -> Option<Unidentified> {
-        self.contradiction.map(Unidentified::Contradicted)
+        let merged = || merged(&self.fit).map(|waves| Unidentified::Merged(waves.map(EffectId::name)));
+        self.contradiction.map(Unidentified::Contradicted).or_else(merged)
     }
 
     /// Whether it has a line of the noise among its effects: a period or a frequency was searched, and what was found there

@@ -73,6 +73,8 @@ pub struct SignalEvidence {
     pub after: f64,
     /// Share of the power of its gap that is closed.
     pub closed: f64,
+    /// Whether no more is left of it than noise would leave.
+    pub is_quiet: bool,
 }
 
 /// What the evidence comes to for the most probable explanation.
@@ -80,8 +82,8 @@ pub struct SignalEvidence {
 pub struct Evidence {
     /// Whether it has effects.
     pub names_effects: bool,
-    /// G of the twin as it is.
-    pub gap_before: f64,
+    /// Whether the twin as it is leaves noise of each signal, and no more.
+    pub was_quiet: bool,
     /// G with the explanation in the twin, its numbers moved as far as training and held-out runs together move them (the posterior-predictive gap).
     pub gap_after: f64,
     /// Share of the gap's power that its effects close beside calibration.
@@ -123,14 +125,19 @@ impl Evidence {
     }
 
     /// Whether no more is left of the held-out runs than noise leaves, than a small gap, or than the share that may stay open, and no signal by
-    /// itself is unexplained; without effects, noise is all that is left or all that there was.
+    /// itself is unexplained; without effects, noise is all that is left of each signal or all that there was.
     ///
     /// In units of its noise one signal may have nearly all of the gap, and its share hides that another is not explained: a back-EMF that closes 99.99 % of
     /// the position's and leaves nearly all of the current's is not what acts.
     pub fn explains_held_out(&self, limits: &Limits) -> bool {
-        let is_little = self.leaves_little_in_all(limits) && self.unexplained(limits).next().is_none();
-        let was_quiet = self.gap_before <= ADEQUATE_GAP;
-        self.gap_after <= ADEQUATE_GAP || if self.names_effects { is_little } else { was_quiet }
+        let is_little = self.leaves_little_in_all(limits)
+            && !self.signals.iter().any(|of| self.is_unexplained(of, limits));
+        let leaves_noise = self.gap_after <= ADEQUATE_GAP;
+        if self.names_effects {
+            leaves_noise || is_little
+        } else {
+            self.was_quiet || leaves_noise && self.signals.iter().all(|of| of.is_quiet)
+        }
     }
 
     /// A share of the gap may stay open as stated constants and the form of a law are only nearly right. That shows in the training runs as well: what is left
@@ -141,16 +148,19 @@ impl Evidence {
         is_small || self.closed >= 1.0 - self.may_stay(limits) && self.gap_after <= shown
     }
 
-    /// The signals for which alone the held-out runs are not explained: all together leave little.
+    /// The signals for which alone the held-out runs are not explained: all together leave little; without effects, noise.
     pub fn deciding_signals(&self, limits: &Limits) -> Vec<SignalEvidence> {
-        let decide = self.names_effects && self.gap_after > ADEQUATE_GAP && self.leaves_little_in_all(limits);
-        self.unexplained(limits).filter(|_| decide).copied().collect()
+        let leaves_noise = self.gap_after <= ADEQUATE_GAP;
+        let is_open = |of: &&SignalEvidence| match self.names_effects {
+            true => !leaves_noise && self.leaves_little_in_all(limits) && self.is_unexplained(of, limits),
+            false => leaves_noise && !of.is_quiet && !self.was_quiet,
+        };
+        self.signals.iter().filter(is_open).copied().collect()
     }
 
-    /// The signals that are not explained: more than a small gap is left of them, and less than nine tenths of their gap's power is closed.
-    fn unexplained(&self, limits: &Limits) -> impl Iterator<Item = &SignalEvidence> {
-        let small = above_noise(limits.small_gap) * self.noise_power();
-        self.signals.iter().filter(move |of| of.closed < LARGELY && above_noise(of.after) > small)
+    /// Whether a signal is not explained: more than a small gap is left of it, and less than nine tenths of its gap's power is closed.
+    fn is_unexplained(&self, of: &SignalEvidence, limits: &Limits) -> bool {
+        of.closed < LARGELY && above_noise(of.after) > above_noise(limits.small_gap) * self.noise_power()
     }
 
     /// Whether no more is left of the training runs than a small gap, or than the share that may stay open.
@@ -207,7 +217,7 @@ mod tests {
     /// Beside a gap of 1000, nearly all closed, by effects that act for certain.
     const CLEAR: Evidence = Evidence {
         names_effects: true,
-        gap_before: 1000.0,
+        was_quiet: false,
         gap_after: 1.0,
         closed: 1.0,
         signals: Vec::new(),
@@ -262,11 +272,32 @@ mod tests {
         let verdict = |gap_after: f64, closed: f64| Evidence { gap_after, closed, ..CLEAR }.verdict(&LIMITS);
         assert_eq!([verdict(2.9, 0.91), verdict(2.9, 0.89)], [Verdict::Cause, Verdict::Unknown]);
         assert_eq!([verdict(3.1, 0.91), verdict(1.24, 0.1)], [Verdict::Unknown, Verdict::Cause]);
-        let nothing = |gap_before: f64, gap_after: f64| {
-            Evidence { names_effects: false, gap_before, gap_after, ..CLEAR }.verdict(&LIMITS)
+        let nothing = |was_quiet: bool, gap_after: f64| {
+            Evidence { names_effects: false, was_quiet, gap_after, ..CLEAR }.verdict(&LIMITS)
         };
-        assert_eq!([nothing(9.0, 1.2), nothing(1.2, 9.0)], [Verdict::NoGap; 2]);
-        assert_eq!(nothing(9.0, 1.3), Verdict::Unknown);
+        assert_eq!([nothing(false, 1.2), nothing(true, 9.0)], [Verdict::NoGap; 2]);
+        assert_eq!(nothing(false, 1.3), Verdict::Unknown);
+    }
+
+    /// Without effects one signal that is not quiet is a gap, though all together leave noise, and is told; with effects it may be a small gap.
+    #[test]
+    fn exact_one_signal_that_is_not_quiet_is_a_gap() {
+        let evidence = |names_effects: bool, was_quiet: bool, is_quiet: bool| {
+            let signals =
+                vec![SignalEvidence { signal: Signal::Position, after: 1.5, closed: 0.0, is_quiet }];
+            Evidence { names_effects, was_quiet, signals, gap_after: 1.2, closed: 0.0, ..CLEAR }
+        };
+        let verdict = |names, was, is| evidence(names, was, is).verdict(&LIMITS);
+        assert_eq!([verdict(false, false, true), verdict(false, true, false)], [Verdict::NoGap; 2]);
+        assert_eq!(
+            [verdict(false, false, false), verdict(true, false, false)],
+            [Verdict::Unknown, Verdict::Cause]
+        );
+        let told = |names, was, is| evidence(names, was, is).deciding_signals(&LIMITS).len();
+        assert_eq!(
+            [told(false, false, false), told(false, true, false), told(true, false, false)],
+            [1, 0, 0]
+        );
     }
 
     /// Beside a gap of 1000 × noise that is closed but for 30, a signal that keeps more than three times its noise must be closed to nine tenths; noise that
@@ -274,7 +305,7 @@ mod tests {
     #[test]
     fn exact_one_signal_that_is_not_explained_is_enough() {
         let verdict = |after: f64, closed: f64, noise_is_measured: bool| {
-            let of = |signal, after, closed| SignalEvidence { signal, after, closed };
+            let of = |signal, after, closed| SignalEvidence { signal, after, closed, is_quiet: false };
             let signals = vec![of(Signal::Position, 1.0, 1.0), of(Signal::Current, after, closed)];
             let left = Evidence { gap_after: 30.0, closed: 0.9991, training_after: 20.0, ..CLEAR };
             Evidence { signals, noise_is_measured, ..left }.verdict(&LIMITS)
@@ -286,7 +317,8 @@ mod tests {
         assert_eq!([verdict(2.9, 0.0, true), verdict(3.1, 0.0, true)], [Verdict::Cause, Verdict::Unknown]);
         assert_eq!([verdict(8.9, 0.0, false), verdict(9.1, 0.0, false)], [Verdict::Cause, Verdict::Unknown]);
         let deciding = |gap_after: f64, closed: f64| {
-            let signals = vec![SignalEvidence { signal: Signal::Current, after: 60.0, closed: 0.4 }];
+            let signals =
+                vec![SignalEvidence { signal: Signal::Current, after: 60.0, closed: 0.4, is_quiet: false }];
             Evidence { gap_after, closed, signals, training_after: 20.0, ..CLEAR }
                 .deciding_signals(&LIMITS)
                 .len()

@@ -3,7 +3,7 @@
 use super::autocorrelation::autocorrelation_time;
 use super::experiment::{Experiment, HeldOut};
 use super::noise::Floor;
-use super::thresholds::ADEQUATE_GAP;
+use super::thresholds::{ADEQUATE_GAP, quiet_signal};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
@@ -23,6 +23,8 @@ pub struct Score {
     second_sensor: Option<Signal>,
     /// Mean square that its noise leaves of each channel for certain; 1 of those not listed (see [`Floor::noise_share`]).
     least: Vec<(Channel, f64)>,
+    /// Whether the noise of each channel was seen in the recording and not only stated; it was of those not listed.
+    is_seen: Vec<(Channel, bool)>,
 }
 
 /// What residuals are taken of.
@@ -96,10 +98,12 @@ impl Score {
         Self::of_channels(experiments, traces, channels).above(floor)
     }
 
-    /// With what the noise of a floor leaves for certain.
+    /// With what the noise of a floor leaves for certain, and where it was seen.
     fn above(mut self, floor: &Floor) -> Self {
-        let share = |(signal, _)| (Channel::Signal(signal), floor.noise_share(signal));
-        self.least = self.levels(None).into_iter().map(share).collect();
+        let signals: Vec<Signal> = self.levels(None).into_iter().map(|(signal, _)| signal).collect();
+        let channels = || signals.iter().map(|&signal| (Channel::Signal(signal), signal));
+        self.least = channels().map(|(channel, signal)| (channel, floor.noise_share(signal))).collect();
+        self.is_seen = channels().map(|(channel, signal)| (channel, floor.is_seen(signal))).collect();
         self
     }
 
@@ -140,7 +144,7 @@ impl Score {
         let autocorrelation_times =
             lags.into_iter().map(|(channel, sum, weight)| (channel, sum / weight)).collect();
         let second_sensor = experiments.iter().find_map(Experiment::second_sensor);
-        Self { blocks, autocorrelation_times, second_sensor, least: Vec::new() }
+        Self { blocks, autocorrelation_times, second_sensor, least: Vec::new(), is_seen: Vec::new() }
     }
 
     /// G² = mean square of all normalised residuals, every signal weighing the same; `weights` count blocks.
@@ -162,6 +166,18 @@ impl Score {
     /// Whether nothing is left that noise would not leave.
     pub fn is_adequate(&self) -> bool {
         self.gap() <= ADEQUATE_GAP
+    }
+
+    /// Whether that holds of each signal by itself, too: several quiet signals must not hide one that is not.
+    pub(super) fn is_quiet(&self) -> bool {
+        self.is_adequate() && self.loud().next().is_none()
+    }
+
+    /// The signals that leave more than noise by themselves, of those whose noise was seen in the recording.
+    pub(super) fn loud(&self) -> impl Iterator<Item = Signal> {
+        let is_seen = |signal: &Signal| of(&self.is_seen, Channel::Signal(*signal)).unwrap_or(true);
+        let loud = self.levels(None).into_iter().filter(|(_, level)| level.sqrt() > quiet_signal());
+        loud.map(|(signal, _)| signal).filter(is_seen)
     }
 
     /// Mean square of each signal.
@@ -267,7 +283,7 @@ impl Score {
     }
 }
 
-fn of(list: &[(Channel, f64)], channel: Channel) -> Option<f64> {
+fn of<T: Copy>(list: &[(Channel, T)], channel: Channel) -> Option<T> {
     list.iter().find(|(c, _)| *c == channel).map(|(_, value)| *value)
 }
 
@@ -369,6 +385,7 @@ impl Score {
             autocorrelation_times: vec![(channel, 1.0)],
             second_sensor: None,
             least: Vec::new(),
+            is_seen: Vec::new(),
         }
     }
 }
@@ -394,6 +411,7 @@ mod tests {
             autocorrelation_times,
             second_sensor: Some(Signal::Position),
             least: Vec::new(),
+            is_seen: Vec::new(),
         }
     }
 

@@ -70,7 +70,7 @@ impl Found {
     /// better. What noise leaves is no more than what the best explanation leaves: stated noise may be too large.
     pub(super) fn is_quiet(&self, before: &Score) -> bool {
         let is_noise = before.mean_square() <= ADEQUATE_GAP.powi(2) * self.reference().mean_square();
-        (before.is_adequate() && (is_noise || !self.overwhelms())) || self.calibration_settles()
+        (before.is_quiet() && (is_noise || !self.overwhelms())) || self.calibration_settles()
     }
 
     /// Whether the calibrated twin does.
@@ -101,9 +101,9 @@ impl Found {
         self.candidates[index].is_adequate()
     }
 
-    /// Whether a candidate leaves noise of the held-out runs, whatever it leaves of the training runs.
+    /// Whether a candidate leaves noise of each signal of the held-out runs, whatever it leaves of the training runs.
     pub(super) fn predicts_to_noise(&self, index: usize) -> bool {
-        self.candidates[index].predictive.score.is_adequate()
+        self.candidates[index].predictive.score.is_quiet()
     }
 
     /// Whether a candidate may take the chosen one's place.
@@ -165,9 +165,9 @@ impl Found {
         self.best_of(&better)
     }
 
-    /// Whether the chosen explanation leaves so much open that closing it would be worth naming.
+    /// Whether the chosen explanation leaves so much open that closing it may be worth naming.
     pub(super) fn has_material_left(&self, before: &Score) -> bool {
-        self.leaves_material(self.chosen, before)
+        self.leaves_material(self.chosen, before) || self.candidates[self.chosen].may_hide_another()
     }
 
     fn leaves_material(&self, index: usize, before: &Score) -> bool {
@@ -252,13 +252,17 @@ impl Found {
     }
 
     /// Whether the step from `b` to `a` matters: it makes an explanation adequate that was not, of the held-out runs, closes more of the gap than may stay
-    /// open, or most of what `b` leaves of the held-out runs or of those that it was fitted to: a large gap must not hide a small cause that is most of the rest.
+    /// open, or most of what `b` leaves of the held-out runs or of those that it was fitted to: a large gap must not hide a small cause that is most of the rest. It matters,
+    /// too, where `b` leaves noise and is no explanation beside `a` (see [`sees_through`](Self::sees_through)).
     pub(super) fn worth_naming(&self, a: usize, b: usize, before: &Score) -> bool {
         let [after, now] = [a, b].map(|k| &self.candidates[k].predictive.score);
         let gained = now.mean_square() - after.mean_square();
         let is_most_of_rest = gained >= MOST * (now.mean_square() - 1.0);
         let of_rest = !now.is_adequate() && (after.is_adequate() || is_most_of_rest);
-        of_rest || self.closes_training(a, b) || gained >= self.limits.open_share * self.uncalibrated(before)
+        of_rest
+            || self.closes_training(a, b)
+            || gained >= self.limits.open_share * self.uncalibrated(before)
+            || self.sees_through(a, b, before)
     }
 
     /// Whether `a` closes most of what `b` leaves of the training runs, where that is more than noise. Any number more leaves a little less there.
@@ -319,6 +323,7 @@ pub(super) mod tests {
             training_gap,
             has_own_floor: false,
             contradiction: None,
+            own_gaps: Vec::new(),
             thorough: true,
         }
     }
@@ -377,13 +382,13 @@ pub(super) mod tests {
         assert_eq!(step(-10.0, 100.0), [false, true]);
     }
 
-    /// Beside a gap of 1000, friction that predicts the held-out runs to 1.2 × noise and leaves 3.5 × of its own runs is not all there is: what takes both to the
+    /// Beside a gap of 1000, friction that predicts the held-out runs to 1.05 × noise and leaves 3.5 × of its own runs is not all there is: what takes both to the
     /// noise is worth naming, and no detail of it.
     #[test]
     fn exact_what_its_own_runs_refute_is_not_all_there_is() {
         let before = Score::even(1e6);
         let beside = |training_gap: f64| {
-            let friction = Candidate { training_gap, ..candidate(&[COULOMB], 1.0, 1.44) };
+            let friction = Candidate { training_gap, ..candidate(&[COULOMB], 1.0, 1.1) };
             let all = vec![candidate(&[], 0.0, 1e6), friction, candidate(&[COULOMB, BACKLASH], 1.0, 1.0)];
             let found = found(all, 1);
             [found.has_material_left(&before), found.may_follow(2, &before), found.is_detail(2, &before)]

@@ -59,6 +59,8 @@ pub enum Unidentified {
         /// Unit of the number.
         unit: &'static str,
     },
+    /// Two effects are waves whose pitches are not told apart.
+    Merged([&'static str; 2]),
     /// The log contradicts it.
     Contradicted(Contradiction),
 }
@@ -122,6 +124,12 @@ impl Grounds<'_> {
             }
             Unidentified::AtBound { effect, number, value, unit } => {
                 format!("{number} of {effect} is at the bound of where a fit may look ({value:.3e} {unit})")
+            }
+            Unidentified::Merged([one, other]) => {
+                format!(
+                    "the pitches of {one} and {other} are not told apart (the 95 % interval of their difference holds zero), and one wave whose amplitude changes \
+                     along the travel does the same"
+                )
             }
             Unidentified::Contradicted(contradiction) => return Some(contradicted(contradiction)),
         };

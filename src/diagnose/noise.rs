@@ -237,6 +237,11 @@ impl Floor {
         self.shares.get(&signal).copied().unwrap_or(1.0)
     }
 
+    /// Whether a signal's noise was seen in the recording and not only stated.
+    pub(super) fn is_seen(&self, signal: Signal) -> bool {
+        matches!(self.source(signal), Source::Repeats | Source::Dwell)
+    }
+
     /// Where a signal's σ comes from.
     pub fn source(&self, signal: Signal) -> Source {
         self.levels.get(&signal).map_or(Source::Assumed, |level| level.1)

@@ -22,10 +22,11 @@ impl Found {
         let [calibrated, after] = [0, index].map(|k| &self.candidates[k].predictive.score);
         let base = if calibrated.mean_square() < before.mean_square() { calibrated } else { before };
         let base = base.by_signal();
+        let loud: Vec<Signal> = after.loud().collect();
         let of = |(signal, left): (Signal, f64)| {
             let begun = base.iter().find(|(other, _)| *other == signal);
             let closed = begun.map_or(0.0, |(_, begun)| closed_power(*begun, left));
-            SignalEvidence { signal, after: left.sqrt(), closed }
+            SignalEvidence { signal, after: left.sqrt(), closed, is_quiet: !loud.contains(&signal) }
         };
         after.by_signal().into_iter().map(of).collect()
     }
@@ -35,7 +36,7 @@ impl Found {
         let candidate = &self.candidates[index];
         Evidence {
             names_effects: !candidate.effects().is_empty(),
-            gap_before: before.gap(),
+            was_quiet: before.is_quiet(),
             gap_after: candidate.predictive.score.gap(),
             closed: self.share(index, before),
             signals: self.by_signal(index, before),

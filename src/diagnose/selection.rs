@@ -12,6 +12,7 @@ use super::floors::Floors;
 use super::found::{Base, Found};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified, with_modified};
 use super::motion;
+use super::own_gap::own_gaps;
 use super::posterior::posterior;
 use super::predictive::{Predictive, predictive};
 use super::prior::MOST_EFFECTS;
@@ -357,7 +358,21 @@ impl Search<'_> {
         };
         let training_gap = self.floors.training_gap(self.machine, &fit, self.training, has_own_floor)?;
         let contradiction = self.stretches.contradiction(self.machine, &fit, self.training.runs())?;
-        Ok(Candidate { fit, score, predictive, training_gap, has_own_floor, contradiction, thorough })
+        let is_close = thorough && !has_own_floor && predictive.score.is_adequate();
+        let own_gaps = match is_close {
+            true => own_gaps(self.machine, &fit, self.held_out, &self.floors.common)?,
+            false => Vec::new(),
+        };
+        Ok(Candidate {
+            fit,
+            score,
+            predictive,
+            training_gap,
+            has_own_floor,
+            contradiction,
+            own_gaps,
+            thorough,
+        })
     }
 
     /// Adds the best effect as long as that is beyond chance and material.

@@ -19,6 +19,12 @@ pub const SMALL_GAP: f64 = 3.0;
 /// deviation), and 1.25 is e^(1.5·0.15).
 pub const ADEQUATE_GAP: f64 = 1.25;
 
+/// Up to this multiple of its noise, where that was measured, a signal by itself shows nothing that noise would not leave: 1.4 is e^(2.25·0.15), which one of four signals exceeds with a
+/// probability of [`SIGNIFICANCE`] where [`ADEQUATE_GAP`] is e^(1.5·0.15).
+pub fn quiet_signal() -> f64 {
+    ADEQUATE_GAP * ADEQUATE_GAP.sqrt()
+}
+
 /// Noise that is only stated is known to 0.5 (logarithmic standard deviation): its power may be e^(2·1.15) = 10 times what is stated, or a
 /// tenth, at 2.3 standard deviations. Noise seen at standstill bears out the stated one where it is no less than that: a stuck axis is
 /// quieter than a moving one.

@@ -156,7 +156,8 @@ pub struct Gap {
     /// Signal by signal.
     #[serde(default)]
     pub signals: Vec<SignalGap>,
-    /// Signals that the causes do not explain, though all together leave little: for these the verdict is `unknown`.
+    /// Signals that the causes do not explain, though all together leave little; without causes, signals that leave more than noise, though all together leave no
+    /// more. For these the verdict is `unknown`.
     #[serde(default)]
     pub unexplained_signals: Vec<OpenSignal>,
 }

@@ -11,6 +11,8 @@ use std::collections::BTreeSet;
 
 /// So many of the next best explanations are built upon where the best one leaves too much open.
 const RUNNERS_UP: usize = 2;
+/// The same where the best one may only look like what acts: of two effects that act together, each may explain less than several others by themselves.
+const MOST_RUNNERS_UP: usize = 4;
 /// So often as many of the next ones are fitted for them, where those before are not identified.
 const TRIES: usize = 2;
 /// Mean squares whose ratio is this near to one are the same.
@@ -22,7 +24,8 @@ impl Search<'_> {
     ///
     /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all. Where the chosen explanation leaves too
     /// much open for a cause, the next best ones count as rivals too: of two effects that act together, the one that explains most by itself may
-    /// be neither. So they do where the calibrated twin leaves noise already: what is chosen stands by its likelihood then, and not by what it closes.
+    /// be neither. So they do where the calibrated twin leaves noise already: what is chosen stands by its likelihood then, and not by what it closes; and where the
+    /// chosen explanation leaves little more than noise (see [`may_hide_another`](super::candidate::Candidate::may_hide_another)).
     pub(super) fn widen(
         &self,
         found: &mut Found,
@@ -33,8 +36,9 @@ impl Search<'_> {
         self.converge(found, before, share)?;
         let is_sufficient = found.is_sufficient(found.chosen, before, self.floors.common.is_measured());
         let is_probable = found.posterior[found.chosen] >= self.limits.probability;
-        let is_by_likelihood = found.is_by_likelihood();
-        if is_sufficient && is_probable && !is_by_likelihood {
+        // What leaves little more than noise may only look like what acts.
+        let may_hide = found.is_by_likelihood() || found.candidates[found.chosen].may_hide_another();
+        if is_sufficient && is_probable && !may_hide {
             return Ok(false);
         }
         let may_turn = |k: &usize| {
@@ -47,8 +51,9 @@ impl Search<'_> {
         };
         let mut rivals: Vec<usize> =
             (0..found.candidates.len()).filter(|k| !is_probable && may_turn(k)).collect();
-        if !is_sufficient || is_by_likelihood {
-            rivals.extend(self.runners_up(found, widened)?);
+        if !is_sufficient || may_hide {
+            let most = if may_hide { MOST_RUNNERS_UP } else { RUNNERS_UP };
+            rivals.extend(self.runners_up(found, widened, most)?);
         }
         for rival in rivals {
             let effects = found.candidates[rival].effects().clone();
@@ -59,10 +64,23 @@ impl Search<'_> {
         }
         if !is_probable {
             self.join_with_unidentified(found, before)?;
+            self.shrink_rivals(found)?;
         }
         let better = found.better(before);
         found.chosen = better.unwrap_or(found.chosen);
         Ok(better.is_some())
+    }
+
+    /// Looks at the rivals of the chosen explanation with one effect less: of two that are alike, one may have an effect that only the other needs.
+    fn shrink_rivals(&self, found: &mut Found) -> Result<()> {
+        let share = 0.5 * (1.0 - self.limits.probability);
+        let is_rival = |k: &usize| found.posterior[*k] > share && *k != found.chosen && found.is_sound(*k);
+        let rivals: Vec<usize> = (0..found.posterior.len()).filter(is_rival).collect();
+        for rival in rivals {
+            let sets = self.subsets(found.candidates[rival].effects());
+            self.explore(found, &sets, rival)?;
+        }
+        Ok(())
     }
 
     /// Looks at the chosen effects together with those of an explanation that is more probable and not identified: what drives a number of it to
@@ -82,7 +100,12 @@ impl Search<'_> {
     ///
     /// Where nothing is chosen yet they need not be beyond chance: while several effects are missing, what one of them explains is small beside what
     /// the others leave, and that is correlated over long times. What is chosen in the end has to be.
-    fn runners_up(&self, found: &mut Found, widened: &BTreeSet<EffectSet>) -> Result<Vec<usize>> {
+    fn runners_up(
+        &self,
+        found: &mut Found,
+        widened: &BTreeSet<EffectSet>,
+        up_to: usize,
+    ) -> Result<Vec<usize>> {
         let most = found.effects().len().max(1);
         let is_next = |k: &usize| {
             let effects = found.candidates[*k].effects();
@@ -95,7 +118,7 @@ impl Search<'_> {
         let mut next: Vec<usize> = (0..found.candidates.len()).filter(is_next).collect();
         next.sort_by(|&a, &b| found.left(a).total_cmp(&found.left(b)));
         let mut runners_up: Vec<usize> = Vec::new();
-        for some in next.chunks(RUNNERS_UP).take(TRIES) {
+        for some in next.chunks(up_to).take(TRIES) {
             let open = some.iter().copied().filter(|&k| !found.candidates[k].thorough).collect();
             self.fit_to_the_end(found, open)?;
             for &k in some.iter().filter(|&&k| found.is_resolved(k)) {
@@ -104,11 +127,11 @@ impl Search<'_> {
                     runners_up.push(k);
                 }
             }
-            if runners_up.len() >= RUNNERS_UP {
+            if runners_up.len() >= up_to {
                 break;
             }
         }
-        runners_up.truncate(RUNNERS_UP);
+        runners_up.truncate(up_to);
         Ok(runners_up)
     }
 }

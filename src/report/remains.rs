@@ -12,6 +12,8 @@ use crate::units::Motion;
 
 /// From this gap on, what remains behind the named causes is worth a sentence.
 const REMAINS: f64 = 1.5;
+/// Probability from which an explanation is told as one of several that explain the rest.
+const AMONG_EQUALS: f64 = 0.1;
 /// Standard errors beyond which a number of the held-out runs contradicts that of the training runs: 6·10⁻⁵ by chance.
 const FARTHEST: f64 = 4.0;
 
@@ -32,9 +34,29 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
                 not_examined(diagnosis)
             )
         }
-        _ if diagnosis.gap.after > REMAINS => format!(" A gap of {left} remains unexplained."),
-        _ => String::new(),
+        _ if diagnosis.gap.after <= REMAINS => String::new(),
+        _ => equals_beside(diagnosis).unwrap_or_else(|| format!(" A gap of {left} remains unexplained.")),
     }
+}
+
+/// What would explain the rest, where several effects do that alike beside the causes: none of them is certain, and the rest is small enough to name none.
+fn equals_beside(diagnosis: &Diagnosis) -> Option<String> {
+    let is_cause = |effect: &String| diagnosis.causes.iter().any(|cause| cause.effect == *effect);
+    let beside = diagnosis.ranking.iter().filter_map(|ranked| {
+        let more: Vec<String> = ranked.effects.iter().filter(|effect| !is_cause(effect)).cloned().collect();
+        let has_all = ranked.effects.len() == diagnosis.causes.len() + more.len();
+        let is_one = has_all && !more.is_empty() && ranked.probability >= AMONG_EQUALS;
+        is_one.then(|| (together(&more), ranked.held_out_gap))
+    });
+    let beside: Vec<(String, f64)> = beside.collect();
+    let (_, left) = beside.first().filter(|_| beside.len() > 1)?;
+    let names: Vec<String> = beside.iter().map(|(name, _)| name.clone()).collect();
+    Some(format!(
+        " A gap of {} remains. It would be explained by {} (to {}); these runs do not tell which.",
+        times_noise(diagnosis.gap.after),
+        names.join(" or by "),
+        times_noise(*left)
+    ))
 }
 
 /// Effects that the machine could have and that were not looked at: that no effect explains the gap is not said of them.
@@ -54,9 +76,16 @@ pub(super) fn by_calibration(diagnosis: &Diagnosis) -> String {
     })
 }
 
-/// Which signals the causes named do not explain.
+/// Which signals the causes named do not explain; without causes, which alone leave more than noise.
 pub(super) fn unexplained_signals(diagnosis: &Diagnosis) -> String {
+    let left = |of: &OpenSignal| {
+        let gap = diagnosis.gap.signals.iter().find(|gap| gap.signal == of.signal && gap.noise > 0.0)?;
+        Some(gap.rms_after / gap.noise)
+    };
     let of = |of: &OpenSignal| match of.open {
+        _ if diagnosis.causes.is_empty() => left(of).map_or_else(String::new, |left| {
+            format!(" The {} alone leaves {}.", name(&of.signal), times_noise(left))
+        }),
         open if open < 1.0 => format!(" Of the {}'s gap {} stays.", name(&of.signal), percent(open)),
         _ => format!(" The {} is predicted no better.", name(&of.signal)),
     };

@@ -19,6 +19,7 @@ mod gate;
 mod grinder_yaxis;
 mod lead;
 mod longer_travel;
+mod look_alike;
 mod missing_signals;
 mod modes;
 mod next_experiment;

@@ -484,6 +484,24 @@ fn exact_several_causes_are_told_together() {
     );
 }
 
+/// What several effects explain alike beside the causes is told with their names, and not as unexplained.
+#[test]
+fn exact_equals_that_explain_the_rest_are_told() {
+    let mut d = diagnosis();
+    (d.gap.after, d.gap.after_predictive) = (2.49, 2.49);
+    let beside = |effect: &str| ranked(&["coulomb_friction", effect], 0.5, 0.938);
+    d.ranking = vec![
+        beside("screw_error"),
+        beside("encoder_periodic_error"),
+        ranked(&["coulomb_friction"], 0.0, 2.49),
+    ];
+    let told = "A gap of 2.49 × noise remains. It would be explained by a lead error that repeats along the axis or by a periodic error of the encoder \
+                (to 0.938 × noise); these runs do not tell which.";
+    holds(&reports(&d, Motion::Prismatic), &[told]);
+    d.ranking.remove(1);
+    holds(&reports(&d, Motion::Prismatic), &["A gap of 2.49 × noise remains unexplained."]);
+}
+
 /// Something happens in the training runs alone: where, and what would explain it, in place of a gap of the held-out runs that there is not.
 #[test]
 fn exact_a_gap_of_the_training_runs_alone_is_told_with_its_place() {
@@ -518,6 +536,20 @@ fn exact_a_signal_that_is_not_explained_is_told() {
     let reports = reports(&diagnosis, Motion::Prismatic);
     holds(&reports, &["Of the current's gap 62", "stays.", "The thrust is predicted no better."]);
     lacks(&reports, &["in part"]);
+}
+
+/// Where nothing is named and all signals together leave noise, the signal that leaves more is told.
+#[test]
+fn exact_a_signal_that_alone_leaves_more_than_noise_is_told() {
+    let mut diagnosis = diagnosis();
+    diagnosis.verdict = Verdict::Unknown;
+    diagnosis.causes.clear();
+    let signal = diagnosis.gap.signals[0].clone();
+    diagnosis.gap.signals[0].rms_after = 1.73 * signal.noise;
+    diagnosis.gap.unexplained_signals = vec![OpenSignal { signal: signal.signal.clone(), open: 0.9 }];
+    let reports = reports(&diagnosis, Motion::Prismatic);
+    holds(&reports, &["alone leaves 1.73 × noise."]);
+    lacks(&reports, &["stays.", "predicted no better"]);
 }
 
 /// What the fit leaves is then no gap without an explanation; a pitch is told, not a cosine.

@@ -3,14 +3,18 @@
 use super::{Estimate, Screen};
 use crate::effect::{AmplifierOffset, DeadZone, VoltageSaturation};
 
+/// Below this share of the largest effort the motor did not get what was asked for, whatever its noise: a choice of cost.
+const WOUND_UP: f64 = 0.8;
+
 impl Estimate for VoltageSaturation {
     fn start(screen: &Screen) -> Vec<Vec<f64>> {
         // The gradient is zero above the largest voltage: start below it, at several depths. Only the tips of a few peaks may be
-        // clipped; or the effort that is logged winds up far beyond the limit.
-        [0.995, 0.98, 0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07]
-            .iter()
-            .map(|share| vec![share * screen.largest_voltage()])
-            .collect()
+        // clipped; or the effort that is logged winds up far beyond the limit, and the largest force tells what the motor got.
+        let most = screen.largest_voltage();
+        let got = screen.largest_force / screen.force_per_volt();
+        let shown = [1.0, 0.95].map(|share| share * got).into_iter().filter(|volts| *volts < WOUND_UP * most);
+        let depths = [0.995, 0.98, 0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07];
+        depths.iter().map(|share| share * most).chain(shown).map(|volts| vec![volts]).collect()
     }
 
     fn range(screen: &Screen) -> Vec<(f64, f64)> {
@@ -52,6 +56,19 @@ impl Estimate for AmplifierOffset {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// An effort that winds up to three times what the force shows: the limit is looked for there too.
+    #[test]
+    fn exact_a_limit_is_looked_for_at_what_the_force_shows() {
+        let screen =
+            |largest_force: f64| Screen { largest_force, largest_effort_v: 4.5, ..Screen::default() };
+        let [wound_up, followed] = [0.33, 0.9].map(|share| {
+            let force = share * 4.5 * screen(1.0).force_per_volt();
+            VoltageSaturation::start(&screen(force)).into_iter().flatten().collect::<Vec<f64>>()
+        });
+        assert_eq!([wound_up.len(), followed.len()], [13, 11]);
+        assert!((wound_up[11] - 1.485).abs() < 1e-12 && (wound_up[12] - 1.41075).abs() < 1e-12);
+    }
 
     /// A loop that holds against an offset logs more voltage than any force takes.
     #[test]
