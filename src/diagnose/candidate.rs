@@ -10,6 +10,7 @@ use super::merged_waves::merged;
 use super::predictive::Predictive;
 use super::thresholds::{ADEQUATE_GAP, LARGELY};
 use crate::effect::EffectId;
+use crate::recording::Signal;
 
 /// A number nearer to an end of its range than this share of it went to the end: far above rounding, and far below any step of a fit that
 /// stops of itself.
@@ -61,9 +62,12 @@ impl Candidate {
         self.predictive.score.is_adequate() && self.training_gap <= ADEQUATE_GAP
     }
 
-    /// Whether of a signal more than a tenth of what is left may be no noise: an explanation that leaves noise may hide another one.
+    /// Whether effects that leave noise may only look like what acts: of a signal more than 1.11 times the power of the noise is left.
     pub(super) fn may_hide_another(&self) -> bool {
-        self.predictive.score.by_signal().iter().any(|(_, level)| LARGELY * level > 1.0)
+        let is_more = |(_, level): &(Signal, f64)| LARGELY * level > 1.0;
+        !self.effects().is_empty()
+            && self.is_adequate()
+            && self.predictive.score.by_signal().iter().any(is_more)
     }
 
     /// Whether every effect shows (see [`Fit::shown`]), no number went to the end of where a fit may look, and the effort at rest does not contradict it.

@@ -104,7 +104,7 @@ impl Evidence {
     /// The verdict that the evidence gives.
     ///
     /// - `unknown`: more is left of the held-out runs, or of the training runs, than may stay open.
-    /// - `no_gap`: no effect is named, and noise is all that is left, or all that there was.
+    /// - `no_gap`: no effect is named, and noise is all that is left of each signal, or all that there was.
     /// - `cause`: little is left, and the effects named act with the probability that decides.
     /// - `undecided`: little is left, and other effects may act in their place.
     pub fn verdict(&self, limits: &Limits) -> Verdict {

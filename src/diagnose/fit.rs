@@ -152,7 +152,7 @@ impl Fit {
 }
 
 /// Periods, or frequencies, that differ by more than this share are two. An estimate: shares of the gap depend on it, and no verdict.
-pub(super) const OTHER_PERIOD: f64 = 0.1;
+const OTHER_PERIOD: f64 = 0.1;
 
 /// Starts that build on what is found, and are descended from at most.
 const DESCENTS: usize = 2;

@@ -1,9 +1,10 @@
 //! Waves whose pitches are not told apart: one wave whose amplitude changes along the travel.
 
-use super::fit::{Fit, OTHER_PERIOD};
+use super::fit::Fit;
 use super::free::{Free, Freedom};
 use super::parameter::NORMAL_975;
 use super::proposals::members;
+use super::thresholds::LARGELY;
 use crate::effect::{Degree, EffectId};
 
 /// Two effects of a fit that are waves of one kind with pitches that are not told apart; none where there are none.
@@ -27,7 +28,8 @@ pub(super) fn merged(fit: &Fit) -> Option<[EffectId; 2]> {
         let part = |i: usize, j: usize| free[i].scale * free[j].scale * fit.covariance[(i, j)];
         let variance = part(a, a) + part(b, b) - 2.0 * part(a, b);
         let difference = (fit.values[a] - fit.values[b]).abs();
-        difference > NORMAL_975 * variance.max(0.0).sqrt() || difference > OTHER_PERIOD * fit.values[a].abs()
+        difference > NORMAL_975 * variance.max(0.0).sqrt()
+            || difference > (1.0 - LARGELY) * fit.values[a].abs()
     };
     let mut merged =
         pairs.filter(|&(a, b)| is_one_kind(free[a].effect, free[b].effect)).filter(|pair| !apart(pair));
@@ -80,7 +82,7 @@ mod tests {
 
     /// An error of the screw and one of the encoder are one kind; a cogging and a ripple are not.
     #[test]
-    fn exact_waves_of_two_laws_may_have_one_pitch() {
+    fn exact_only_waves_of_one_kind_are_merged() {
         let screw = [EffectId::ScrewError, EffectId::EncoderPeriodicError];
         assert_eq!(merged(&fit(screw, [0.002; 2])), Some(screw));
         assert_eq!(merged(&fit([EffectId::Cogging, EffectId::ForceRipple], [0.03; 2])), None);

@@ -379,7 +379,8 @@ impl<'a> Ready<'a> {
         improved: &Machine,
         floor: &Floor,
     ) -> Result<Option<shape::Shape>> {
-        if verdict == Verdict::NoGap || gap.after <= thresholds::ADEQUATE_GAP && !gap.training.is_only_here {
+        let leaves_noise = gap.after <= thresholds::ADEQUATE_GAP && gap.unexplained_signals.is_empty();
+        if verdict == Verdict::NoGap || leaves_noise && !gap.training.is_only_here {
             return Ok(None);
         }
         let (runs, name) = match gap.training.is_only_here {

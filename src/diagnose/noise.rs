@@ -237,8 +237,8 @@ impl Floor {
         self.shares.get(&signal).copied().unwrap_or(1.0)
     }
 
-    /// Whether a signal's noise was seen in the recording and not only stated.
-    pub(super) fn is_seen(&self, signal: Signal) -> bool {
+    /// Whether a signal's σ was estimated from repeats or standstill, and is neither stated nor what the twin leaves of a reference.
+    pub(super) fn is_estimated(&self, signal: Signal) -> bool {
         matches!(self.source(signal), Source::Repeats | Source::Dwell)
     }
 

@@ -133,11 +133,12 @@ fn nearest<T>(mut all: Vec<(f64, T)>, most: usize) -> Vec<T> {
 
 /// Those of some values that have other periods and frequencies than the fit, and than those before them; a wave of twice the period is told as the one that it nearly is.
 fn others(fit: &Fit, all: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    let told = |values: Vec<f64>| halved_by_power(&fit.hypothesis, &values).unwrap_or(values);
+    let own = told(fit.values.clone());
     let mut others: Vec<Vec<f64>> = Vec::new();
-    for values in all {
-        let values = halved_by_power(&fit.hypothesis, &values).unwrap_or(values);
+    for values in all.into_iter().map(told) {
         let is_new = |known: &[f64]| !is_same(fit, &values, known);
-        if is_new(&fit.values) && others.iter().all(|known| is_new(known)) {
+        if is_new(&fit.values) && is_new(&own) && others.iter().all(|known| is_new(known)) {
             others.push(values);
         }
     }

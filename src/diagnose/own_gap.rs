@@ -5,6 +5,7 @@ use super::evidence::Score;
 use super::experiment::HeldOut;
 use super::fit::Fit;
 use super::found::Found;
+use super::free::Free;
 use super::noise::Floor;
 use super::prior::overwhelming;
 use super::thresholds::LARGELY;
@@ -13,10 +14,11 @@ use crate::error::Result;
 use crate::machine::Machine;
 use rayon::prelude::*;
 
-/// The gap G that each effect of an explanation makes on the held-out runs: of the fitted machine without it, all other numbers kept.
+/// The gap G that each effect of an explanation makes by itself on the held-out runs: of the fitted machine without it and what modifies it, or, where the twin states the
+/// effect, with its numbers as stated; all other numbers kept. Effects are left out of which a run needs a number that is gone.
 ///
 /// # Errors
-/// A setting of a run that the machine does not have.
+/// Values that make no machine.
 pub(super) fn own_gaps(
     machine: &Machine,
     fit: &Fit,
@@ -24,41 +26,60 @@ pub(super) fn own_gaps(
     floor: &Floor,
 ) -> Result<Vec<(EffectId, f64)>> {
     let whole = fit.machine(machine)?;
-    let of =
-        |&effect: &EffectId| Ok((effect, Score::of(&whole.without_effect(effect)?, held_out, floor)?.gap()));
-    fit.hypothesis.effects.iter().collect::<Vec<_>>().into_par_iter().map(of).collect()
+    let without = |effect: EffectId| match machine.description().effect.contains(effect) {
+        true => fit.hypothesis.machine(machine, &as_stated(fit, effect)),
+        false => whole.without_effect(effect),
+    };
+    let of = |&effect: &EffectId| {
+        let score = without(effect).and_then(|machine| Score::of(&machine, held_out, floor)).ok()?;
+        Some((effect, score.gap()))
+    };
+    let effects: Vec<&EffectId> = fit.hypothesis.effects.iter().collect();
+    Ok(effects.into_par_iter().filter_map(of).collect())
+}
+
+/// The values of a fit with the numbers of an effect as the twin states them.
+fn as_stated(fit: &Fit, effect: EffectId) -> Vec<f64> {
+    let is_of_effect = |free: &Free| free.effect == effect && free.neutral.is_finite();
+    let stated = |(free, value): (&Free, &f64)| if is_of_effect(free) { free.neutral } else { *value };
+    fit.hypothesis.free.iter().zip(&fit.values).map(stated).collect()
 }
 
 impl Found {
+    /// Whether beside a candidate more may act: what it leaves is more than noise, or it may only look like what acts.
+    pub(super) fn leaves_room(&self, index: usize) -> bool {
+        index == 0 || !self.is_adequate(index) || self.candidates[index].may_hide_another()
+    }
+
     /// Whether `a` is an explanation, and `b`, which leaves noise, only looks like one.
     ///
     /// # Model
     /// Noise is known to 15 %, so that an explanation of another form may leave no more than noise: a delay in the place of an inductance and a resistance. Beside an
     /// explanation that predicts overwhelmingly better, on the same runs and by the same noise, it has no share in the posterior. `a` takes its place where it also
-    /// closes more than a tenth of the power that `b` leaves, where no effect that it has more is a detail (see [`has_details`](Self::has_details)), and where no detail
-    /// beside `b` predicts as well: a small error in the form of the laws of `b` is such a detail.
+    /// closes more than a tenth of the power that `b` leaves, noise included, where no effect that it has more is a detail (see [`details`](Self::details)), and where no
+    /// details beside `b` predict as well: a small error in the form of the laws of `b` is such a detail.
     pub(super) fn sees_through(&self, a: usize, b: usize, before: &Score) -> bool {
         let is_as_good = |k: usize| {
             self.candidates[k].thorough
                 && self.candidates[k].effects().is_superset(self.candidates[b].effects())
                 && self.likelihood(k) >= self.likelihood(a)
-                && self.has_details(k, b, before)
+                && self.details(k, b, before).iter().all(|is_detail| *is_detail)
         };
         self.is_adequate(b)
             && self.left(a) < LARGELY * self.left(b)
             && self.likelihood(a) - self.likelihood(b) > overwhelming()
-            && !self.has_details(a, b, before)
-            && !(0..self.candidates.len()).any(is_as_good)
+            && !self.details(a, b, before).contains(&true)
+            && !(0..self.candidates.len()).any(|k| k != b && is_as_good(k))
     }
 
-    /// Whether an effect that `a` has more than `b` makes less by itself than a small gap, or less of the gap's power than may stay open.
-    fn has_details(&self, a: usize, b: usize, before: &Score) -> bool {
+    /// Of each effect that `a` has more than `b`: whether it makes less by itself than a small gap, or less of the gap's power than may stay open.
+    fn details(&self, a: usize, b: usize, before: &Score) -> Vec<bool> {
         let least =
             above_noise(self.limits.small_gap).max(self.limits.open_share * self.uncalibrated(before));
         let [all, known] = [a, b].map(|k| &self.candidates[k]);
         let own = |effect: &EffectId| all.own_gaps.iter().find(|(of, _)| of == effect);
         let is_detail = |effect: &EffectId| own(effect).is_none_or(|(_, gap)| above_noise(*gap) < least);
-        all.effects().difference(known.effects()).any(is_detail)
+        all.effects().difference(known.effects()).map(is_detail).collect()
     }
 }
 
@@ -67,6 +88,17 @@ mod tests {
     use super::{EffectId, Score};
     use crate::diagnose::candidate::Candidate;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
+
+    /// Effects that leave noise may hide others from 1.11 times its power on; the twin as it is, and what leaves more than noise, hide nothing.
+    #[test]
+    fn exact_what_leaves_noise_may_hide_another_explanation() {
+        let may_hide = |effects: &[EffectId], left: f64| candidate(effects, 1.0, left).may_hide_another();
+        assert!(may_hide(&[COULOMB], 1.12) && !may_hide(&[COULOMB], 1.1));
+        assert!(!may_hide(&[], 1.12) && !may_hide(&[COULOMB], 1.6));
+        let room = |left: f64| found(vec![candidate(&[], 0.0, 9.0), candidate(&[COULOMB], 1.0, left)], 1);
+        assert!(room(1.12).leaves_room(1) && room(1.6).leaves_room(1) && !room(1.1).leaves_room(1));
+        assert!(room(1.1).leaves_room(0));
+    }
 
     /// Of two explanations that leave no more than noise, the one that leaves a tenth less is told where its further effect makes three times the noise, and 0.1 % of the
     /// gap's power: 10 of a gap of 316.
@@ -94,5 +126,12 @@ mod tests {
             found(all, 1).sees_through(2, 1, &Score::even(100.0))
         };
         assert!(sees(1.01) && !sees(0.99));
+        // A detail on top of it is another matter.
+        let pair = beside(BACKLASH, 30.0, 1.0);
+        let effects = [COULOMB, BACKLASH, EffectId::CableSpring];
+        let own_gaps = vec![(COULOMB, 99.0), (BACKLASH, 30.0), (EffectId::CableSpring, 2.0)];
+        let more = Candidate { own_gaps, ..candidate(&effects, 1.0, 0.99) };
+        let all = vec![candidate(&[], 0.0, 100.0), candidate(&[COULOMB], 1.0, 1.2), pair, more];
+        assert!(found(all, 1).sees_through(2, 1, &Score::even(100.0)));
     }
 }

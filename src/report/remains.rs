@@ -45,17 +45,21 @@ fn equals_beside(diagnosis: &Diagnosis) -> Option<String> {
     let beside = diagnosis.ranking.iter().filter_map(|ranked| {
         let more: Vec<String> = ranked.effects.iter().filter(|effect| !is_cause(effect)).cloned().collect();
         let has_all = ranked.effects.len() == diagnosis.causes.len() + more.len();
-        let is_one = has_all && !more.is_empty() && ranked.probability >= AMONG_EQUALS;
+        let explains = ranked.held_out_gap <= REMAINS && ranked.probability >= AMONG_EQUALS;
+        let is_one = has_all && !more.is_empty() && explains;
         is_one.then(|| (together(&more), ranked.held_out_gap))
     });
     let beside: Vec<(String, f64)> = beside.collect();
-    let (_, left) = beside.first().filter(|_| beside.len() > 1)?;
+    let left = beside.iter().map(|(_, left)| *left).fold(0.0, f64::max);
+    if beside.len() < 2 {
+        return None;
+    }
     let names: Vec<String> = beside.iter().map(|(name, _)| name.clone()).collect();
     Some(format!(
         " A gap of {} remains. It would be explained by {} (to {}); these runs do not tell which.",
         times_noise(diagnosis.gap.after),
         names.join(" or by "),
-        times_noise(*left)
+        times_noise(left)
     ))
 }
 

@@ -59,7 +59,7 @@ impl Late {
             rows if rows <= 1.0 => "one row".to_owned(),
             rows => format!("{rows} rows"),
         };
-        let or = |would: bool, text: &'static str| if would { text } else { "" };
+        let if_alike = |is_alike: bool, text: &'static str| if is_alike { text } else { "" };
         let remedy = format!("Move its column up by {rows}, or log it without the delay.");
         match self.what {
             What::Force => format!(
@@ -78,14 +78,14 @@ impl Late {
             What::Input { or_velocity_estimate } => format!(
                 "The {word} channel lies {by} behind what the control law acted on: a delay of that channel, \
                  not of the loop{}. {remedy}",
-                or(or_velocity_estimate, " (a velocity estimate quicker than stated would look alike)")
+                if_alike(or_velocity_estimate, " (a velocity estimate quicker than stated would look alike)")
             ),
             What::Effort { or_velocity_estimate } => format!(
                 "The control effort channel lies {by} behind what the control law commands from the logged \
                  reference and position: a delay of that channel, not of the loop, or a filter of the controller \
                  that machine.toml does not state{}. A late channel: move its column up by {rows}, or log it \
                  without the delay.",
-                or(
+                if_alike(
                     or_velocity_estimate,
                     " (a velocity estimate that much slower than stated would look alike)"
                 )

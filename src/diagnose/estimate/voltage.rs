@@ -12,7 +12,9 @@ impl Estimate for VoltageSaturation {
         // clipped; or the effort that is logged winds up far beyond the limit, and the largest force tells what the motor got.
         let most = screen.largest_voltage();
         let got = screen.largest_force / screen.force_per_volt();
-        let shown = [1.0, 0.95].map(|share| share * got).into_iter().filter(|volts| *volts < WOUND_UP * most);
+        // The largest current has noise on it.
+        let shown = [1.0, 0.95].map(|share| share * got).into_iter();
+        let shown = shown.filter(|volts| (f64::MIN_POSITIVE..WOUND_UP * most).contains(volts));
         let depths = [0.995, 0.98, 0.95, 0.9, 0.8, 0.7, 0.5, 0.3, 0.2, 0.12, 0.07];
         depths.iter().map(|share| share * most).chain(shown).map(|volts| vec![volts]).collect()
     }
