@@ -116,10 +116,11 @@ impl Found {
     }
 
     /// Whether a candidate explains most of what is open, though a number of it ran off or an effect found before does not show
-    /// any more: with what is missing beside it, the one may be found inside, and the other be taken out.
+    /// any more: with what is missing beside it, the one may be found inside, and the other be taken out. Beside what leaves noise nothing need be missing.
     pub(super) fn may_lead_on(&self, index: usize, before: &Score) -> bool {
         let open = |k: usize| (self.candidates[k].left() - 1.0).max(0.0);
         index != self.chosen
+            && !self.is_adequate(self.chosen)
             && self.candidates[index].thorough
             && open(index) < MOST * open(self.chosen)
             && self.beyond_chance(index, self.chosen)

@@ -36,9 +36,9 @@ impl Search<'_> {
         self.converge(found, before, share)?;
         let is_sufficient = found.is_sufficient(found.chosen, before, self.floors.common.is_measured());
         let is_probable = found.posterior[found.chosen] >= self.limits.probability;
-        // What leaves little more than noise may only look like what acts.
-        let may_hide = found.is_by_likelihood() || found.candidates[found.chosen].may_hide_another();
-        if is_sufficient && is_probable && !may_hide {
+        let is_by_likelihood = found.is_by_likelihood();
+        let may_hide = found.candidates[found.chosen].may_hide_another();
+        if is_sufficient && is_probable && !is_by_likelihood && !may_hide {
             return Ok(false);
         }
         let may_turn = |k: &usize| {
@@ -51,7 +51,7 @@ impl Search<'_> {
         };
         let mut rivals: Vec<usize> =
             (0..found.candidates.len()).filter(|k| !is_probable && may_turn(k)).collect();
-        if !is_sufficient || may_hide {
+        if !is_sufficient || is_by_likelihood || may_hide {
             let most = if may_hide { MOST_RUNNERS_UP } else { RUNNERS_UP };
             rivals.extend(self.runners_up(found, widened, most)?);
         }
