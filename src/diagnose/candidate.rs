@@ -31,7 +31,7 @@ pub struct Candidate {
     pub has_own_floor: bool,
     /// What the log says against it; see [`StatedStretches`](super::cut::contradiction::StatedStretches).
     pub contradiction: Option<Contradiction>,
-    /// The gap that each effect makes by itself, of an explanation that leaves noise (the fitted machine without it, all other numbers kept); none of others.
+    /// The gap that each effect makes by itself (of the fitted machine without it, all other numbers kept) where the explanation leaves noise; none elsewhere.
     pub own_gaps: Vec<(EffectId, f64)>,
     /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
     pub thorough: bool,
