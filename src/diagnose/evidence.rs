@@ -23,8 +23,8 @@ pub struct Score {
     second_sensor: Option<Signal>,
     /// Mean square that its noise leaves of each channel for certain; 1 of those not listed (see [`Floor::noise_share`]).
     least: Vec<(Channel, f64)>,
-    /// Whether the noise of each channel was estimated from the recording; it was of those not listed.
-    is_estimated: Vec<(Channel, bool)>,
+    /// Whether the noise of each channel was seen in the recording and not only stated; it was of those not listed.
+    is_seen: Vec<(Channel, bool)>,
 }
 
 /// What residuals are taken of.
@@ -98,13 +98,12 @@ impl Score {
         Self::of_channels(experiments, traces, channels).above(floor)
     }
 
-    /// With what the noise of a floor leaves for certain, and where it was estimated.
+    /// With what the noise of a floor leaves for certain, and where it was seen.
     fn above(mut self, floor: &Floor) -> Self {
         let signals: Vec<Signal> = self.levels(None).into_iter().map(|(signal, _)| signal).collect();
         let channels = || signals.iter().map(|&signal| (Channel::Signal(signal), signal));
         self.least = channels().map(|(channel, signal)| (channel, floor.noise_share(signal))).collect();
-        self.is_estimated =
-            channels().map(|(channel, signal)| (channel, floor.is_estimated(signal))).collect();
+        self.is_seen = channels().map(|(channel, signal)| (channel, floor.is_seen(signal))).collect();
         self
     }
 
@@ -145,7 +144,7 @@ impl Score {
         let autocorrelation_times =
             lags.into_iter().map(|(channel, sum, weight)| (channel, sum / weight)).collect();
         let second_sensor = experiments.iter().find_map(Experiment::second_sensor);
-        Self { blocks, autocorrelation_times, second_sensor, least: Vec::new(), is_estimated: Vec::new() }
+        Self { blocks, autocorrelation_times, second_sensor, least: Vec::new(), is_seen: Vec::new() }
     }
 
     /// G² = mean square of all normalised residuals, every signal weighing the same; `weights` count blocks.
@@ -174,11 +173,11 @@ impl Score {
         self.is_adequate() && self.loud().next().is_none()
     }
 
-    /// The signals that leave more than noise by themselves, of those whose noise was estimated from the recording.
+    /// The signals that leave more than noise by themselves, of those whose noise was seen in the recording.
     pub(super) fn loud(&self) -> impl Iterator<Item = Signal> {
-        let is_estimated = |signal: &Signal| of(&self.is_estimated, Channel::Signal(*signal)).unwrap_or(true);
+        let is_seen = |signal: &Signal| of(&self.is_seen, Channel::Signal(*signal)).unwrap_or(true);
         let loud = self.levels(None).into_iter().filter(|(_, level)| level.sqrt() > quiet_signal());
-        loud.map(|(signal, _)| signal).filter(is_estimated)
+        loud.map(|(signal, _)| signal).filter(is_seen)
     }
 
     /// Mean square of each signal.
@@ -386,7 +385,7 @@ impl Score {
             autocorrelation_times: vec![(channel, 1.0)],
             second_sensor: None,
             least: Vec::new(),
-            is_estimated: Vec::new(),
+            is_seen: Vec::new(),
         }
     }
 }
@@ -412,7 +411,7 @@ mod tests {
             autocorrelation_times,
             second_sensor: Some(Signal::Position),
             least: Vec::new(),
-            is_estimated: Vec::new(),
+            is_seen: Vec::new(),
         }
     }
 
@@ -428,11 +427,11 @@ mod tests {
         assert!((score([300.0, 100.0, 200.0, 900.0]).mean_square() - 2.0).abs() < 1e-12);
     }
 
-    /// A signal of 1.41 times its noise is loud where the noise was estimated, and not where it is only stated; one of 1.38 times is not.
+    /// A signal of 1.41 times its noise is loud where the noise was seen, and not where it is only stated; one of 1.38 times is not.
     #[test]
     fn exact_a_signal_by_itself_may_leave_more_than_noise() {
-        let of = |position: f64, is_estimated: bool| Score {
-            is_estimated: vec![(Channel::Signal(Signal::Position), is_estimated)],
+        let of = |position: f64, is_seen: bool| Score {
+            is_seen: vec![(Channel::Signal(Signal::Position), is_seen)],
             ..score([100.0, 100.0 * position * position, 100.0, 100.0])
         };
         assert!(of(1.38, true).is_quiet() && !of(1.41, true).is_quiet() && of(1.41, false).is_quiet());

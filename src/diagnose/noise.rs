@@ -13,7 +13,7 @@ use crate::replay::Traces;
 use crate::twin::Sensing;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use vibration::Shaken;
 
 /// Where a noise floor comes from.
@@ -39,8 +39,8 @@ pub struct Floor {
     profiles: BTreeMap<Channel, Vec<f64>>,
     /// σ of what one position sensor reads more than the other, from repeats; without them it is that of both together.
     between_sensors: Option<f64>,
-    /// Whether every signal's noise was seen in the recording.
-    is_measured: bool,
+    /// Signals whose noise was not seen in the recording, but only stated.
+    unseen: BTreeSet<Signal>,
     /// Of a floor beside what a twin leaves anyway, the noise's own share of σ² of each signal that is raised by it.
     shares: BTreeMap<Signal, f64>,
 }
@@ -74,7 +74,7 @@ impl Floor {
         let declared = Declared::of(machine, experiments)?;
         let made = declared.scatters(machine, experiments, &shaken)?;
         let mut levels = BTreeMap::new();
-        let mut is_measured = true;
+        let mut unseen = BTreeSet::new();
         for signal in experiments.iter().flat_map(|e| e.signals()).copied() {
             let own_size = size(experiments, signal);
             // Of a signal that is zero throughout any σ serves, it must only be a number.
@@ -96,7 +96,9 @@ impl Floor {
                 .unwrap_or((ASSUMED_FRACTION * size, Source::Assumed));
             let seen = repeated.or(still).map_or(0.0, |(sigma, _)| sigma);
             // A signal that is zero throughout says nothing of its noise, and has no gap either.
-            is_measured &= own_size == 0.0 || STATED_NOISE * seen * seen >= level.0 * level.0;
+            if own_size != 0.0 && STATED_NOISE * seen * seen < level.0 * level.0 {
+                unseen.insert(signal);
+            }
             levels.insert(signal, level);
         }
         let profiles = declared.profiles(&levels);
@@ -104,7 +106,7 @@ impl Floor {
             levels,
             profiles,
             between_sensors: repeats_between(experiments),
-            is_measured,
+            unseen,
             shares: BTreeMap::new(),
         })
     }
@@ -228,7 +230,7 @@ impl Floor {
     /// Whether the noise of every signal was seen in the recording and not only stated: in repeats, or at standstill as at least
     /// a tenth of the power that is stated.
     pub fn is_measured(&self) -> bool {
-        self.is_measured
+        self.unseen.is_empty()
     }
 
     /// Share of a signal's σ² that is noise for certain. In a comparison the rest is what the twin leaves of the reference: an explanation of this
@@ -237,9 +239,9 @@ impl Floor {
         self.shares.get(&signal).copied().unwrap_or(1.0)
     }
 
-    /// Whether a signal's σ was estimated from repeats or standstill, and is neither stated nor what the twin leaves of a reference.
-    pub(super) fn is_estimated(&self, signal: Signal) -> bool {
-        matches!(self.source(signal), Source::Repeats | Source::Dwell)
+    /// Whether that is so of a signal, and nothing that the twin leaves of a reference is on top of its noise.
+    pub(super) fn is_seen(&self, signal: Signal) -> bool {
+        !self.unseen.contains(&signal) && self.source(signal) != Source::Reference
     }
 
     /// Where a signal's σ comes from.
@@ -428,7 +430,7 @@ mod tests {
             levels: BTreeMap::from([(Signal::Position, (3.0, Source::Declared))]),
             profiles: BTreeMap::from([(channel.clone(), vec![1.0, 1.0, 2.0, 2.0])]),
             between_sensors: None,
-            is_measured: false,
+            unseen: BTreeSet::from([Signal::Position]),
             shares: BTreeMap::new(),
         };
         // The mean of the variances is 22.5.

@@ -19,7 +19,7 @@ pub const SMALL_GAP: f64 = 3.0;
 /// deviation), and 1.25 is e^(1.5·0.15).
 pub const ADEQUATE_GAP: f64 = 1.25;
 
-/// Up to this multiple of its noise, where that was estimated from repeats or standstill, a signal by itself shows nothing that noise would not leave: 1.4 is e^(2.25·0.15), which one of four signals exceeds with a
+/// Up to this multiple of its noise, where that was seen in the recording, a signal by itself shows nothing that noise would not leave: 1.4 is e^(2.25·0.15), which one of four signals exceeds with a
 /// probability of [`SIGNIFICANCE`] where [`ADEQUATE_GAP`] is e^(1.5·0.15).
 pub fn quiet_signal() -> f64 {
     ADEQUATE_GAP * ADEQUATE_GAP.sqrt()
