@@ -170,14 +170,14 @@ impl Score {
 
     /// Whether that holds of each signal by itself, too: several quiet signals must not hide one that is not.
     pub(super) fn is_quiet(&self) -> bool {
-        self.is_adequate() && self.loud().next().is_none()
+        self.is_adequate() && self.beyond_noise().next().is_none()
     }
 
     /// The signals that leave more than noise by themselves, of those whose noise was seen in the recording.
-    pub(super) fn loud(&self) -> impl Iterator<Item = Signal> {
+    pub(super) fn beyond_noise(&self) -> impl Iterator<Item = Signal> {
         let is_seen = |signal: &Signal| of(&self.is_seen, Channel::Signal(*signal)).unwrap_or(true);
-        let loud = self.levels(None).into_iter().filter(|(_, level)| level.sqrt() > quiet_signal());
-        loud.map(|(signal, _)| signal).filter(is_seen)
+        let beyond_noise = self.levels(None).into_iter().filter(|(_, level)| level.sqrt() > quiet_signal());
+        beyond_noise.map(|(signal, _)| signal).filter(is_seen)
     }
 
     /// Mean square of each signal.
@@ -427,7 +427,7 @@ mod tests {
         assert!((score([300.0, 100.0, 200.0, 900.0]).mean_square() - 2.0).abs() < 1e-12);
     }
 
-    /// A signal of 1.41 times its noise is loud where the noise was seen, and not where it is only stated; one of 1.38 times is not.
+    /// A signal of 1.41 times its noise is beyond noise where the noise was seen, and not where it is only stated; one of 1.38 times is not.
     #[test]
     fn exact_a_signal_by_itself_may_leave_more_than_noise() {
         let of = |position: f64, is_seen: bool| Score {
@@ -435,7 +435,7 @@ mod tests {
             ..score([100.0, 100.0 * position * position, 100.0, 100.0])
         };
         assert!(of(1.38, true).is_quiet() && !of(1.41, true).is_quiet() && of(1.41, false).is_quiet());
-        assert_eq!(of(1.41, true).loud().collect::<Vec<_>>(), [Signal::Position]);
+        assert_eq!(of(1.41, true).beyond_noise().collect::<Vec<_>>(), [Signal::Position]);
     }
 
     /// Residuals that are half a floor of which a sixteenth of the variance is noise are weighed by what they are; those of a floor that is all noise by

@@ -254,7 +254,7 @@ impl Found {
 
     /// Whether the step from `b` to `a` matters: it makes an explanation adequate that was not, of the held-out runs, closes more of the gap than may stay
     /// open, or most of what `b` leaves of the held-out runs or of those that it was fitted to: a large gap must not hide a small cause that is most of the rest. It matters,
-    /// too, where `b` leaves noise and is no explanation beside `a` (see [`sees_through`](Self::sees_through)).
+    /// too, where `b` leaves noise and is no explanation beside `a` (see [`supersedes`](Self::supersedes)).
     pub(super) fn worth_naming(&self, a: usize, b: usize, before: &Score) -> bool {
         let [after, now] = [a, b].map(|k| &self.candidates[k].predictive.score);
         let gained = now.mean_square() - after.mean_square();
@@ -263,7 +263,7 @@ impl Found {
         of_rest
             || self.closes_training(a, b)
             || gained >= self.limits.open_share * self.uncalibrated(before)
-            || self.sees_through(a, b, before)
+            || self.supersedes(a, b, before)
     }
 
     /// Whether `a` closes most of what `b` leaves of the training runs, where that is more than noise. Any number more leaves a little less there.

@@ -22,11 +22,11 @@ impl Found {
         let [calibrated, after] = [0, index].map(|k| &self.candidates[k].predictive.score);
         let base = if calibrated.mean_square() < before.mean_square() { calibrated } else { before };
         let base = base.by_signal();
-        let loud: Vec<Signal> = after.loud().collect();
+        let beyond_noise: Vec<Signal> = after.beyond_noise().collect();
         let of = |(signal, left): (Signal, f64)| {
             let begun = base.iter().find(|(other, _)| *other == signal);
             let closed = begun.map_or(0.0, |(_, begun)| closed_power(*begun, left));
-            SignalEvidence { signal, after: left.sqrt(), closed, is_quiet: !loud.contains(&signal) }
+            SignalEvidence { signal, after: left.sqrt(), closed, is_quiet: !beyond_noise.contains(&signal) }
         };
         after.by_signal().into_iter().map(of).collect()
     }

@@ -47,18 +47,18 @@ fn as_stated(fit: &Fit, effect: EffectId) -> Vec<f64> {
 
 impl Found {
     /// Whether beside a candidate more may act: what it leaves is more than noise, or it may only look like what acts.
-    pub(super) fn leaves_room(&self, index: usize) -> bool {
+    pub(super) fn more_may_act(&self, index: usize) -> bool {
         index == 0 || !self.is_adequate(index) || self.candidates[index].may_hide_another()
     }
 
-    /// Whether `a` is an explanation, and `b`, which leaves noise, only looks like one.
+    /// Whether `a` takes the place of `b`, which leaves noise and yet only looks like what acts.
     ///
     /// # Model
     /// Noise is known to 15 %, so that an explanation of another form may leave no more than noise: a delay in the place of an inductance and a resistance. Beside an
     /// explanation that predicts overwhelmingly better, on the same runs and by the same noise, it has no share in the posterior. `a` takes its place where it also
     /// closes more than a tenth of the power that `b` leaves, noise included, where no effect that it has more is a detail (see [`details`](Self::details)), and where no
     /// details beside `b` predict as well: a small error in the form of the laws of `b` is such a detail.
-    pub(super) fn sees_through(&self, a: usize, b: usize, before: &Score) -> bool {
+    pub(super) fn supersedes(&self, a: usize, b: usize, before: &Score) -> bool {
         let is_as_good = |k: usize| {
             self.candidates[k].thorough
                 && self.candidates[k].effects().is_superset(self.candidates[b].effects())
@@ -96,42 +96,46 @@ mod tests {
         assert!(may_hide(&[COULOMB], 1.12) && !may_hide(&[COULOMB], 1.1));
         assert!(!may_hide(&[], 1.12) && !may_hide(&[COULOMB], 1.6));
         let room = |left: f64| found(vec![candidate(&[], 0.0, 9.0), candidate(&[COULOMB], 1.0, left)], 1);
-        assert!(room(1.12).leaves_room(1) && room(1.6).leaves_room(1) && !room(1.1).leaves_room(1));
-        assert!(room(1.1).leaves_room(0));
+        assert!(room(1.12).more_may_act(1) && room(1.6).more_may_act(1) && !room(1.1).more_may_act(1));
+        assert!(room(1.1).more_may_act(0));
     }
 
     /// Of two explanations that leave no more than noise, the one that leaves a tenth less is told where its further effect makes three times the noise, and 0.1 % of the
     /// gap's power: 10 of a gap of 316.
     #[test]
-    fn exact_what_leaves_noise_is_seen_through_by_an_explanation_that_leaves_less() {
-        let sees = |before: f64, left: f64, other: f64, own: f64| {
+    fn exact_what_leaves_noise_is_superseded_by_an_explanation_that_leaves_less() {
+        let supersedes = |before: f64, left: f64, other: f64, own: f64| {
             let own_gaps = vec![(COULOMB, 99.0), (BACKLASH, own)];
             let pair = Candidate { own_gaps, ..candidate(&[COULOMB, BACKLASH], 1.0, left) };
             let all = vec![candidate(&[], 0.0, before), candidate(&[COULOMB], 1.0, other), pair];
-            found(all, 1).sees_through(2, 1, &Score::even(before))
+            found(all, 1).supersedes(2, 1, &Score::even(before))
         };
-        assert!(sees(100.0, 1.0, 1.2, 3.0) && !sees(100.0, 1.0, 1.2, 2.9) && !sees(100.0, 1.1, 1.2, 3.0));
-        assert!(sees(1e5, 1.0, 1.2, 10.1) && !sees(1e5, 1.0, 1.2, 9.9));
+        assert!(
+            supersedes(100.0, 1.0, 1.2, 3.0)
+                && !supersedes(100.0, 1.0, 1.2, 2.9)
+                && !supersedes(100.0, 1.1, 1.2, 3.0)
+        );
+        assert!(supersedes(1e5, 1.0, 1.2, 10.1) && !supersedes(1e5, 1.0, 1.2, 9.9));
         // More than noise is left: what closes half of that decides.
-        assert!(!sees(100.0, 1.0, 1.6, 3.0));
+        assert!(!supersedes(100.0, 1.0, 1.6, 3.0));
         // A detail predicts as well: that may be all there is.
         let beside = |effect, own, left| {
             let own_gaps = vec![(COULOMB, 99.0), (effect, own)];
             Candidate { own_gaps, ..candidate(&[COULOMB, effect], 1.0, left) }
         };
-        let sees = |detail: f64| {
+        let supersedes = |detail: f64| {
             let pair = beside(BACKLASH, 30.0, 1.0);
             let detail = beside(EffectId::CableSpring, 2.0, detail);
             let all = vec![candidate(&[], 0.0, 100.0), candidate(&[COULOMB], 1.0, 1.2), pair, detail];
-            found(all, 1).sees_through(2, 1, &Score::even(100.0))
+            found(all, 1).supersedes(2, 1, &Score::even(100.0))
         };
-        assert!(sees(1.01) && !sees(0.99));
+        assert!(supersedes(1.01) && !supersedes(0.99));
         // A detail on top of it is another matter.
         let pair = beside(BACKLASH, 30.0, 1.0);
         let effects = [COULOMB, BACKLASH, EffectId::CableSpring];
         let own_gaps = vec![(COULOMB, 99.0), (BACKLASH, 30.0), (EffectId::CableSpring, 2.0)];
         let more = Candidate { own_gaps, ..candidate(&effects, 1.0, 0.99) };
         let all = vec![candidate(&[], 0.0, 100.0), candidate(&[COULOMB], 1.0, 1.2), pair, more];
-        assert!(found(all, 1).sees_through(2, 1, &Score::even(100.0)));
+        assert!(found(all, 1).supersedes(2, 1, &Score::even(100.0)));
     }
 }

@@ -168,7 +168,7 @@ impl Search<'_> {
     fn earlier_base(&self, found: &Found, index: usize) -> Option<&Base> {
         let earlier = self.earlier?;
         let k = earlier.index(found.candidates[index].effects())?;
-        let is_whole = index == 0 || earlier.leaves_room(k) || !found.leaves_room(index);
+        let is_whole = index == 0 || earlier.more_may_act(k) || !found.more_may_act(index);
         earlier.bases.get(&k).filter(|_| is_whole)
     }
 
@@ -187,7 +187,7 @@ impl Search<'_> {
             proposals.add_together(effect, &self.bare_screen(&machine, set, effect)?);
         }
         // A cause may be below the level of the noise and leave residuals that are not white.
-        if found.leaves_room(index) {
+        if found.more_may_act(index) {
             self.add_waves(&mut proposals, fit, sensitivities, &screen)?;
             self.add_fine_periods(&mut proposals, &machine, &screen)?;
             self.add_vibrations(&mut proposals, fit, &screen)?;

@@ -25,7 +25,7 @@ impl Search<'_> {
     /// What is missing beside a rival makes it look worse than it is, and blurs the evidence between all. Where the chosen explanation leaves too
     /// much open for a cause, the next best ones count as rivals too: of two effects that act together, the one that explains most by itself may
     /// be neither. So they do where the calibrated twin leaves noise already: what is chosen stands by its likelihood then, and not by what it closes; and where the
-    /// chosen explanation leaves little more than noise (see [`may_hide_another`](super::candidate::Candidate::may_hide_another)).
+    /// chosen explanation leaves noise and may hide another one (see [`may_hide_another`](super::candidate::Candidate::may_hide_another)).
     pub(super) fn widen(
         &self,
         found: &mut Found,
@@ -64,16 +64,15 @@ impl Search<'_> {
         }
         if !is_probable {
             self.join_with_unidentified(found, before)?;
-            self.shrink_rivals(found)?;
+            self.shrink_rivals(found, share)?;
         }
         let better = found.better(before);
         found.chosen = better.unwrap_or(found.chosen);
         Ok(better.is_some())
     }
 
-    /// Looks at the rivals of the chosen explanation with one effect less: of two that are alike, one may have an effect that only the other needs.
-    fn shrink_rivals(&self, found: &mut Found) -> Result<()> {
-        let share = 0.5 * (1.0 - self.limits.probability);
+    /// Looks at the rivals of the chosen explanation, those that have more than `share` of the posterior, with one effect less: of two that are alike, one may have an effect that only the other needs.
+    fn shrink_rivals(&self, found: &mut Found, share: f64) -> Result<()> {
         let is_rival = |k: &usize| found.posterior[*k] > share && *k != found.chosen && found.is_sound(*k);
         let rivals: Vec<usize> = (0..found.posterior.len()).filter(is_rival).collect();
         for rival in rivals {
