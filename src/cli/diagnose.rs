@@ -219,7 +219,7 @@ impl Diagnose {
 fn check_another(reference: &Recording, recording: &Recording) -> Result<(), Error> {
     // Two stretches of one file are two recordings.
     let is_same = |a: &Run, b: &Run| {
-        !a.sha256.is_empty() && (&a.sha256, a.start_s, a.len()) == (&b.sha256, b.start_s, b.len())
+        !a.sha256().is_empty() && (a.sha256(), a.start_s, a.len()) == (b.sha256(), b.start_s, b.len())
     };
     let is_twice = |run: &&Run| recording.runs().iter().any(|other| is_same(run, other));
     let Some(run) = reference.runs().iter().find(is_twice) else { return Ok(()) };

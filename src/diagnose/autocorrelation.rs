@@ -1,5 +1,7 @@
 //! How many samples of a residual count as one.
 
+use super::scalar_product::dot;
+
 /// Autocorrelation below which residuals have nothing more in common: white noise over 400 samples has 1/√400 by chance (Bartlett).
 const DIED_OUT: f64 = 0.05;
 /// Lags up to this one are taken one by one, longer ones ever farther apart: long correlations change slowly.
@@ -18,14 +20,13 @@ const DENSE: usize = 16;
 /// M. B. Priestley (1981), *Spectral Analysis and Time Series*, section 5.3: the variance of a mean of correlated samples is τ times that of
 /// independent ones.
 pub(super) fn autocorrelation_time(residual: &[f64]) -> f64 {
-    let power: f64 = residual.iter().map(|x| x * x).sum();
+    let power = dot(residual, residual);
     if power <= 0.0 {
         return 1.0;
     }
     let (mut sum, mut lag, mut width) = (1.0, 1, 1);
     while lag < residual.len() / 4 {
-        let product: f64 = residual.iter().zip(&residual[lag..]).map(|(a, b)| a * b).sum();
-        let correlation = product / power;
+        let correlation = dot(residual, &residual[lag..]) / power;
         if correlation < DIED_OUT {
             break;
         }

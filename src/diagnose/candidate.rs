@@ -31,8 +31,9 @@ pub struct Candidate {
     pub has_own_floor: bool,
     /// What the log says against it; see [`StatedStretches`](super::cut::contradiction::StatedStretches).
     pub contradiction: Option<Contradiction>,
-    /// The gap that each effect makes by itself (of the fitted machine without it, all other numbers kept) where the explanation leaves noise; none elsewhere.
-    pub own_gaps: Vec<(EffectId, f64)>,
+    /// The gap that each effect makes by itself (of the fitted machine without it, all other numbers kept), where the explanation is compared with another one that leaves
+    /// noise.
+    pub own_gaps: Option<Vec<(EffectId, f64)>>,
     /// Whether it was fitted to the end; the others were left when they showed that they do not matter.
     pub thorough: bool,
 }

@@ -59,7 +59,7 @@ impl Search<'_> {
                 None => found.candidates.push(candidate),
             }
         }
-        Ok(())
+        self.take_own_gaps(found)
     }
 
     /// Pairs of a chosen effect and another one that can do what it does.

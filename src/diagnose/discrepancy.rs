@@ -8,6 +8,7 @@ use crate::effect::{AmplifierOffset, ConstantForce, Effect};
 use crate::error::Result;
 use crate::machine::Machine;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Periods of the force over the travel, twice the travel first, each half of the one before: down to an eighth of the travel.
 const OCTAVES: i32 = 5;
@@ -71,7 +72,7 @@ fn split(linear: &Linearised, responses: &[DVector<f64>]) -> (Vec<DVector<f64>>,
         let left = response + &linear.jacobian * &taken;
         (taken, left)
     };
-    responses.iter().map(one).unzip()
+    responses.par_iter().map(one).unzip()
 }
 
 /// Σ b·bᵀ.
@@ -89,9 +90,10 @@ fn in_all(residuals: &DVector<f64>, weights: &DVector<f64>, left: &[DVector<f64>
 
 /// τ² of directions of which a fit leaves these, by what the residuals have along them: zero where that is noise.
 fn variance(residuals: &DVector<f64>, weights: &DVector<f64>, left: &[DVector<f64>]) -> f64 {
-    let weighted: Vec<DVector<f64>> = left.iter().map(|rest| rest.component_mul(weights)).collect();
+    let weighted: Vec<DVector<f64>> = left.par_iter().map(|rest| rest.component_mul(weights)).collect();
     let trace: f64 = left.iter().zip(&weighted).map(|(rest, weighted)| rest.dot(weighted)).sum();
-    let squares: f64 = left.iter().flat_map(|rest| weighted.iter().map(|w| w.dot(rest).powi(2))).sum();
+    let along = |rest: &DVector<f64>| weighted.iter().map(|w| w.dot(rest).powi(2)).sum::<f64>();
+    let squares: f64 = left.par_iter().map(along).collect::<Vec<f64>>().iter().sum();
     let scores: f64 = weighted.iter().map(|w| w.dot(residuals).powi(2)).sum();
     if squares > 0.0 { ((scores - trace) / squares).max(0.0) } else { 0.0 }
 }

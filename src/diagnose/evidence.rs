@@ -3,6 +3,7 @@
 use super::autocorrelation::autocorrelation_time;
 use super::experiment::{Experiment, HeldOut};
 use super::noise::Floor;
+use super::scalar_product::dot;
 use super::thresholds::{ADEQUATE_GAP, quiet_signal};
 use crate::error::Result;
 use crate::machine::Machine;
@@ -134,7 +135,7 @@ impl Score {
                 let to = (from + length).min(experiment.samples());
                 let block = residuals.iter().map(|(channel, residual, widening)| Cell {
                     channel: *channel,
-                    squares: residual[from..to].iter().map(|x| x * x).sum(),
+                    squares: dot(&residual[from..to], &residual[from..to]),
                     widening: widening.get(from..to).map_or(0.0, |ratios| ratios.iter().sum()),
                     samples: to - from,
                 });

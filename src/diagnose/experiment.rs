@@ -247,23 +247,33 @@ impl Experiment {
         if !set.iter().any(has_own_beginnings) {
             return Ok(set);
         }
-        let replay = |machines: &[Machine]| self.replay_together(machines, longest_step_s);
+        let replay = |machines: &[Machine], samples: usize| {
+            let pass = |pass: &[Machine]| self.replay_first(pass, longest_step_s, samples);
+            machines.par_chunks(LANES).flat_map_iter(pass).collect()
+        };
+        let whole = |machines: &[Machine]| self.replay_together(machines, longest_step_s);
         self.beginnings.of(set, longest_step_s, |set| {
             let set = play::suited(&self.run, &self.signals, set, replay)?;
-            phase::suited(&self.run, &self.signals, set, replay)
+            phase::suited(&self.run, &self.signals, set, whole)
         })
     }
 
     /// Replays of machines as they were set in this run, passes side by side. Which machines share a pass does not depend on the number of threads.
     fn replay_together(&self, machines: &[Machine], longest_step_s: f64) -> Vec<Traces> {
-        machines.par_chunks(LANES).flat_map_iter(|pass| self.replay_pass(pass, longest_step_s)).collect()
+        let pass = |pass: &[Machine]| self.replay_first(pass, longest_step_s, self.samples());
+        machines.par_chunks(LANES).flat_map_iter(pass).collect()
     }
 
-    fn replay_pass(&self, machines: &[Machine], longest_step_s: f64) -> Vec<Traces> {
+    /// Replays of machines in one pass, in closed loop of the first `samples` of the run.
+    fn replay_first(&self, machines: &[Machine], longest_step_s: f64, samples: usize) -> Vec<Traces> {
         match &self.mode {
             Mode::ClosedLoop => {
-                let mut all = self.recorded.replay_together(machines, longest_step_s);
-                all.iter_mut().for_each(|traces| self.share_zero(traces));
+                let mut all = self.recorded.replay_first(machines, longest_step_s, samples);
+                // Of a part that is its end: where the axis begins in its play goes into the mean of a short part.
+                let is_whole = |traces: &Traces| traces.position.len() >= self.samples();
+                let from =
+                    |traces: &Traces| if is_whole(traces) { 0 } else { play::last_quarter(samples).start };
+                all.iter_mut().for_each(|traces| self.share_zero(traces, from(traces)));
                 all
             }
             Mode::Windows(windowed) => windowed.replay_together(machines, longest_step_s),
@@ -280,7 +290,7 @@ impl Experiment {
         Ok(match &self.mode {
             Mode::ClosedLoop => {
                 let mut traces = self.recorded.replay(&machine, axis, sensing);
-                self.share_zero(&mut traces);
+                self.share_zero(&mut traces, 0);
                 traces
             }
             Mode::Windows(windowed) => windowed.replay(&machine, axis, sensing),
@@ -325,16 +335,17 @@ impl Experiment {
         self.second_sensor
     }
 
-    /// Moves the prediction of the second sensor to the recorded mean.
-    fn share_zero(&self, traces: &mut Traces) {
+    /// Moves the prediction of the second sensor to the recorded mean from this sample on.
+    fn share_zero(&self, traces: &mut Traces, from: usize) {
         let Some(signal) = self.second_sensor else { return };
         let Some(recorded) = self.run.signal(signal) else { return };
         let predicted = match signal {
             Signal::LoadPosition => &mut traces.load_position,
             _ => &mut traces.position,
         };
-        let sum: f64 = recorded.iter().zip(predicted.iter()).map(|(r, p)| r - p).sum();
-        let zero = sum / recorded.len() as f64;
+        let pairs = recorded.iter().zip(predicted.iter()).skip(from);
+        let sum: f64 = pairs.clone().map(|(r, p)| r - p).sum();
+        let zero = sum / pairs.len() as f64;
         predicted.iter_mut().filter(|_| zero.is_finite()).for_each(|p| *p += zero);
     }
 }

@@ -9,6 +9,7 @@ use crate::machine::Machine;
 use crate::plant::axis::LONGEST_STEP_S;
 use crate::recording::Signal;
 use nalgebra::{Matrix2, Vector2};
+use rayon::prelude::*;
 use realfft::RealFftPlanner;
 use std::f64::consts::{LN_2, PI, TAU};
 
@@ -55,14 +56,14 @@ pub(super) fn periods(
     step: Option<f64>,
     most: usize,
 ) -> Result<Vec<[f64; 3]>> {
-    let mut points = Points::new();
-    for experiment in experiments.iter().filter(|e| e.signals().contains(&Signal::Position)) {
+    let of_run = |experiment: &Experiment| -> Result<Points> {
         let predicted = experiment.predict_together(std::slice::from_ref(machine), LONGEST_STEP_S)?;
         let predicted = predicted.first().and_then(|traces| traces.signal(Signal::Position));
-        if let (Some(measured), Some(predicted)) = (experiment.run().signal(Signal::Position), predicted) {
-            points.extend(left(measured, predicted));
-        }
-    }
+        let measured = experiment.run().signal(Signal::Position);
+        Ok(measured.zip(predicted).map(|(measured, predicted)| left(measured, predicted)).unwrap_or_default())
+    };
+    let with_position = experiments.par_iter().filter(|e| e.signals().contains(&Signal::Position));
+    let points = with_position.map(of_run).collect::<Result<Vec<Points>>>()?.concat();
     let rounding = step.unwrap_or(0.0) / PI;
     let is_more = |[_, sine, cosine]: &[f64; 3]| sine.hypot(*cosine) > rounding;
     Ok(lines(&points, shortest, most).into_iter().filter(is_more).collect())

@@ -324,7 +324,7 @@ pub(super) mod tests {
             training_gap,
             has_own_floor: false,
             contradiction: None,
-            own_gaps: Vec::new(),
+            own_gaps: None,
             thorough: true,
         }
     }

@@ -73,6 +73,7 @@ pub mod residual_whiteness;
 mod rivals;
 mod run_setting;
 mod sandwich;
+mod scalar_product;
 mod score_test;
 mod segments;
 pub mod selection;

@@ -10,7 +10,7 @@ use crate::effect::EffectId;
 use crate::effect::flexible_mode::{DAMPING_RATIOS, HIGHEST_HZ, HIGHEST_OF_RATE};
 use crate::error::Result;
 use crate::machine::Machine;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 /// Damping ratio of the modes that are tried over all frequencies: the largest that modes have, so that each covers its neighbourhood. Of the ringing of a mode
 /// with the least one, such a mode explains 4·ζ₁·ζ₂/(ζ₁ + ζ₂)² = 28 %.
@@ -59,13 +59,12 @@ pub fn modes(
         let changed = objective.residuals_at(&machines?)?;
         let responses: Vec<DVector<f64>> =
             changed.into_iter().map(|changed| (changed - &residuals) * heavy).collect();
-        let responses = DMatrix::from_columns(&responses);
-        let test = ScoreTest::of(objective, &fit.values, &residuals, &sensitivities.columns, &responses);
-        let score = |(k, mode): (usize, Mode)| {
-            let (g, b) = (test.normal[(k, k)], test.right[k]);
+        let columns = &sensitivities.columns;
+        let tests = ScoreTest::each(objective, &fit.values, &residuals, columns, &responses);
+        let score = |(mode, [g, b]): (Mode, [f64; 2])| {
             (b > 0.0 && g > 0.0).then_some(Explained { mode, gain: b * b / g, mass: g / b })
         };
-        Ok(tried.into_iter().enumerate().map(score).collect())
+        Ok(tried.into_iter().zip(tests).map(score).collect())
     };
     let broad = frequencies.into_iter().map(|frequency| Mode { frequency, damping: DAMPING });
     let mut best = peaks(&explained(broad.collect())?);
@@ -145,6 +144,7 @@ mod tests {
     use crate::diagnose::noise::Floor;
     use crate::plant::axis::LONGEST_STEP_S;
     use crate::replay::recording::recorded;
+    use nalgebra::DMatrix;
     use std::collections::BTreeSet;
 
     /// On slow motion a mode of little damping mostly yields as a spring does, and so does every mode above it with the mass for that; what rings tells

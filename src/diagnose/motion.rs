@@ -10,6 +10,7 @@ use crate::effect::{Constants, EffectId};
 use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::Signal;
+use rayon::prelude::*;
 use statrs::statistics::Statistics;
 
 /// Smoothed motion of one run and the missing force along it.
@@ -81,11 +82,11 @@ impl Motion {
         };
         let raw_drive_force =
             drive_force(experiment, &constants, &velocity, &|force| smooth(force)[0].clone());
+        let drive_force = smoothed(raw_drive_force);
         let motor_force = match run.signal(Signal::Thrust) {
             Some(thrust) => smoothed(Some(thrust.to_vec())),
-            None => smoothed(raw_drive_force.clone()),
+            None => drive_force.clone(),
         };
-        let drive_force = smoothed(raw_drive_force);
         let (effects, weight) = (machine.effects(), machine.weight());
         let lacking = |changes: bool, forces: &[f64]| -> Vec<f64> {
             let mut base = BaseShare::new(&constants, period);
@@ -145,8 +146,9 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         ..Screen::default()
     };
     let (mut steps, mut voltages) = (Vec::new(), Vec::new());
-    for experiment in experiments {
-        let motion = Motion::of(experiment, machine)?;
+    let motions: Vec<Motion> =
+        experiments.par_iter().map(|experiment| Motion::of(experiment, machine)).collect::<Result<_>>()?;
+    for (experiment, motion) in experiments.iter().zip(motions) {
         let run_constants = experiment.machine(machine)?.constants();
         let run = experiment.run();
         let thin = |samples: &[f64]| samples.iter().step_by(every).copied().collect::<Vec<f64>>();
@@ -159,13 +161,6 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         screen.motor_force.extend(thin(&motion.motor_force));
         screen.drive_force.extend(thin(&motion.drive_force));
         screen.missing_drive_force.extend(thin(&motion.missing_drive_force));
-        screen.runs.push(Series {
-            period_s: run.sample_period_s(),
-            velocity: motion.velocity.clone(),
-            acceleration: motion.acceleration.clone(),
-            motor_force: motion.motor_force.clone(),
-            missing_force: motion.missing_force.clone(),
-        });
         if let (true, Some(load), Some(position)) =
             (both_ends, run.signal(Signal::LoadPosition), run.signal(Signal::Position))
         {
@@ -181,6 +176,9 @@ pub fn screen(experiments: &[Experiment], machine: &Machine) -> Result<Screen> {
         let most = motion.motor_force.iter().fold(0.0, |most: f64, f| most.max(f.abs()));
         screen.largest_force = screen.largest_force.max(most);
         steps.push(grid_step(run.require(Signal::Position)?));
+        let Motion { velocity, acceleration, motor_force, missing_force, .. } = motion;
+        let period_s = run.sample_period_s();
+        screen.runs.push(Series { period_s, velocity, acceleration, motor_force, missing_force });
     }
     // Of no voltages the mean is no number.
     screen.missing_voltage = Some(voltages.mean()).filter(|volts| volts.is_finite());

@@ -162,7 +162,7 @@ impl<'a> Objective<'a> {
         let runs: Vec<Vec<Vec<f64>>> = self.experiments.par_iter().map(of_run).collect::<Result<_>>()?;
         let of = |k: usize| {
             let mut all = Vec::with_capacity(runs.iter().map(|run| run[k].len()).sum());
-            runs.iter().for_each(|run| all.extend(run[k].iter().copied().map(finite)));
+            runs.iter().for_each(|run| all.extend_from_slice(&run[k]));
             let residuals = DVector::from_vec(all);
             match self.defect {
                 Some(defect) => residuals + defect,
@@ -174,18 +174,17 @@ impl<'a> Objective<'a> {
 
     /// Normalised residuals of what was predicted for the runs, one prediction a run.
     pub(super) fn residuals_from(&self, traces: &[Traces]) -> DVector<f64> {
-        let runs = self
-            .experiments
-            .iter()
-            .zip(traces)
-            .flat_map(|(experiment, traces)| self.of_run(experiment, traces));
-        DVector::from_vec(runs.map(finite).collect())
+        let runs = self.experiments.iter().zip(traces);
+        let runs: Vec<Vec<f64>> = runs.map(|(run, traces)| self.of_run(run, traces)).collect();
+        DVector::from_vec(runs.concat())
     }
 
     /// Normalised residuals of one run, signal after signal.
     fn of_run(&self, experiment: &Experiment, predicted: &Traces) -> Vec<f64> {
         let of = |&signal: &Signal| self.floor.normalised_every(experiment, signal, predicted, self.stride);
-        experiment.signals().iter().flat_map(of).collect()
+        let mut all = experiment.signals().iter().map(of).collect::<Vec<_>>().concat();
+        all.iter_mut().for_each(|residual| *residual = finite(*residual));
+        all
     }
 
     /// Derivatives of the residuals by the numbers in units of their scale; columns that `known` has are taken from
@@ -296,17 +295,18 @@ impl<'a> Objective<'a> {
         weights: &DVector<f64>,
         values: &[f64],
     ) -> (DMatrix<f64>, DVector<f64>) {
-        let (weight, pull) = self.hypothesis.prior(values);
-        let weighted = weighted(jacobian, weights);
+        let (weight, mut gradient) = self.hypothesis.prior(values);
         let mut normal = DMatrix::from_diagonal(&weight);
-        // It is symmetric.
         for a in 0..normal.nrows() {
+            let weighted = jacobian.column(a).component_mul(weights);
+            // It is symmetric.
             for b in 0..=a {
-                normal[(a, b)] += weighted.column(a).dot(&jacobian.column(b));
+                normal[(a, b)] += weighted.dot(&jacobian.column(b));
                 normal[(b, a)] = normal[(a, b)];
             }
+            gradient[a] += weighted.dot(residuals);
         }
-        (normal, weighted.tr_mul(residuals) + pull)
+        (normal, gradient)
     }
 
     pub(super) fn cost(&self, residuals: &DVector<f64>, weights: &DVector<f64>, values: &[f64]) -> f64 {

@@ -80,6 +80,7 @@ impl Search<'_> {
             if other.fit.size < fit.size {
                 found.candidates[chosen] = other;
                 found.bases.remove(&chosen);
+                self.take_own_gaps(found)?;
                 return Ok(true);
             }
         }

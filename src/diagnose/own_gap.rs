@@ -1,5 +1,6 @@
 //! What an effect of an explanation makes by itself: whether an explanation that leaves noise may hide another one.
 
+use super::candidate::Candidate;
 use super::decide::above_noise;
 use super::evidence::Score;
 use super::experiment::HeldOut;
@@ -8,6 +9,7 @@ use super::found::Found;
 use super::free::Free;
 use super::noise::Floor;
 use super::prior::overwhelming;
+use super::selection::Search;
 use super::thresholds::LARGELY;
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -19,12 +21,7 @@ use rayon::prelude::*;
 ///
 /// # Errors
 /// Values that make no machine.
-pub(super) fn own_gaps(
-    machine: &Machine,
-    fit: &Fit,
-    held_out: &HeldOut,
-    floor: &Floor,
-) -> Result<Vec<(EffectId, f64)>> {
+fn own_gaps(machine: &Machine, fit: &Fit, held_out: &HeldOut, floor: &Floor) -> Result<Vec<(EffectId, f64)>> {
     let whole = fit.machine(machine)?;
     let without = |effect: EffectId| match machine.description().effect.contains(effect) {
         true => fit.hypothesis.machine(machine, &as_stated(fit, effect)),
@@ -45,7 +42,38 @@ fn as_stated(fit: &Fit, effect: EffectId) -> Vec<f64> {
     fit.hypothesis.free.iter().zip(&fit.values).map(stated).collect()
 }
 
+impl Search<'_> {
+    /// Takes the gaps that the effects make by themselves of the candidates that may take the place of another one.
+    ///
+    /// # Errors
+    /// Values that make no machine.
+    pub(super) fn take_own_gaps(&self, found: &mut Found) -> Result<()> {
+        for k in found.far_likelier() {
+            let fit = &found.candidates[k].fit;
+            let gaps = own_gaps(self.machine, fit, self.held_out, &self.floors.common)?;
+            found.candidates[k].own_gaps = Some(gaps);
+        }
+        Ok(())
+    }
+}
+
 impl Found {
+    /// The candidates fitted to the end that predict overwhelmingly better than another one though both leave noise, and whose own gaps are not known yet.
+    fn far_likelier(&self) -> Vec<usize> {
+        let is_close = |k: &usize| self.candidates[*k].predictive.score.is_adequate();
+        let close: Vec<(usize, f64)> =
+            (0..self.candidates.len()).filter(is_close).map(|k| (k, self.likelihood(k))).collect();
+        let adequate = close.iter().filter(|(k, _)| self.is_adequate(*k));
+        let least = adequate.map(|(_, likelihood)| *likelihood).fold(f64::INFINITY, f64::min);
+        let is_unknown = |candidate: &Candidate| {
+            candidate.thorough && !candidate.has_own_floor && candidate.own_gaps.is_none()
+        };
+        let is_wanted = |(k, likelihood): &(usize, f64)| {
+            likelihood - least > overwhelming() && is_unknown(&self.candidates[*k])
+        };
+        close.into_iter().filter(is_wanted).map(|(k, _)| k).collect()
+    }
+
     /// Whether beside a candidate more may act: what it leaves is more than noise, or it may only look like what acts.
     pub(super) fn more_may_act(&self, index: usize) -> bool {
         index == 0 || !self.is_adequate(index) || self.candidates[index].may_hide_another()
@@ -77,7 +105,7 @@ impl Found {
         let least =
             above_noise(self.limits.small_gap).max(self.limits.open_share * self.uncalibrated(before));
         let [all, known] = [a, b].map(|k| &self.candidates[k]);
-        let own = |effect: &EffectId| all.own_gaps.iter().find(|(of, _)| of == effect);
+        let own = |effect: &EffectId| all.own_gaps.iter().flatten().find(|(of, _)| of == effect);
         let is_detail = |effect: &EffectId| own(effect).is_none_or(|(_, gap)| above_noise(*gap) < least);
         all.effects().difference(known.effects()).map(is_detail).collect()
     }
@@ -85,8 +113,7 @@ impl Found {
 
 #[cfg(test)]
 mod tests {
-    use super::{EffectId, Score};
-    use crate::diagnose::candidate::Candidate;
+    use super::{Candidate, EffectId, Score};
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
 
     /// Effects that leave noise may hide others from 1.11 times its power on; the twin as it is, and what leaves more than noise, hide nothing.
@@ -105,7 +132,7 @@ mod tests {
     #[test]
     fn exact_what_leaves_noise_is_superseded_by_an_explanation_that_leaves_less() {
         let supersedes = |before: f64, left: f64, other: f64, own: f64| {
-            let own_gaps = vec![(COULOMB, 99.0), (BACKLASH, own)];
+            let own_gaps = Some(vec![(COULOMB, 99.0), (BACKLASH, own)]);
             let pair = Candidate { own_gaps, ..candidate(&[COULOMB, BACKLASH], 1.0, left) };
             let all = vec![candidate(&[], 0.0, before), candidate(&[COULOMB], 1.0, other), pair];
             found(all, 1).supersedes(2, 1, &Score::even(before))
@@ -120,7 +147,7 @@ mod tests {
         assert!(!supersedes(100.0, 1.0, 1.6, 3.0));
         // A detail predicts as well: that may be all there is.
         let beside = |effect, own, left| {
-            let own_gaps = vec![(COULOMB, 99.0), (effect, own)];
+            let own_gaps = Some(vec![(COULOMB, 99.0), (effect, own)]);
             Candidate { own_gaps, ..candidate(&[COULOMB, effect], 1.0, left) }
         };
         let supersedes = |detail: f64| {
@@ -133,7 +160,7 @@ mod tests {
         // A detail on top of it is another matter.
         let pair = beside(BACKLASH, 30.0, 1.0);
         let effects = [COULOMB, BACKLASH, EffectId::CableSpring];
-        let own_gaps = vec![(COULOMB, 99.0), (BACKLASH, 30.0), (EffectId::CableSpring, 2.0)];
+        let own_gaps = Some(vec![(COULOMB, 99.0), (BACKLASH, 30.0), (EffectId::CableSpring, 2.0)]);
         let more = Candidate { own_gaps, ..candidate(&effects, 1.0, 0.99) };
         let all = vec![candidate(&[], 0.0, 100.0), candidate(&[COULOMB], 1.0, 1.2), pair, more];
         assert!(found(all, 1).supersedes(2, 1, &Score::even(100.0)));

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::machine::Machine;
 use crate::recording::{Run, Signal};
 use crate::replay::Traces;
+use std::ops::Range;
 
 /// Key of β, see [`Backlash`](crate::effect::Backlash).
 pub(super) const KEY: &str = "initial_share";
@@ -14,6 +15,14 @@ const REACHES: [f64; 2] = [1.0, 0.15];
 /// Places between the ends at which the polynomial is looked at first (it has two minima at most), and halvings of the bracket then: to rounding.
 const PLACES: usize = 40;
 const HALVINGS: usize = 40;
+/// Of a run one part in so many is replayed first, then longer parts by the other factor until β is forgotten: a choice of cost.
+const FIRST_PART: usize = 16;
+const LONGER: usize = 4;
+/// The play was crossed where the run has moved so many times its width.
+const CROSSED: f64 = 4.0;
+/// β is forgotten where the rest of the run would tell less than this share of what is known of it by then: the best β moves by that share at most, and a sum of squares at
+/// its least by the square of it.
+const FORGOTTEN: f64 = 1e-3;
 /// A sum of squares that changes by less than this share of itself says nothing of β: rounding.
 const ROUNDING: f64 = 1e-12;
 
@@ -28,7 +37,8 @@ pub fn has_play(machine: &Machine) -> bool {
 /// A replay is piecewise smooth in β. Near one value it depends on it as `y(β₀ + δ) = y₀ + a·δ + b·δ²`, which follows from replays at three values;
 /// β is where the sum of squares, a polynomial of the fourth degree, is least within the play, each signal weighed by what the replay in the middle of
 /// the three leaves of it. The values are the ends and the middle of the play first, then three near what came out. A run that does not depend on β leaves
-/// it in the middle. `replay` gives replays of several machines with perfect sensors, at the phases of vibrations that they state.
+/// it in the middle. Once the play was crossed and what differs has died out, the rest of the run tells nothing of β: it is not replayed. `replay` gives replays of so
+/// many samples of several machines with perfect sensors, at the phases of vibrations that they state.
 ///
 /// # Errors
 /// None in practice: any β between −1 and 1 is one.
@@ -36,7 +46,7 @@ pub fn suited(
     run: &Run,
     signals: &[Signal],
     mut machines: Vec<Machine>,
-    replay: impl Fn(&[Machine]) -> Vec<Traces>,
+    replay: impl Fn(&[Machine], usize) -> Vec<Traces>,
 ) -> Result<Vec<Machine>> {
     let open: Vec<usize> = (0..machines.len()).filter(|&k| has_play(&machines[k])).collect();
     if open.is_empty() || is_stated(run) {
@@ -49,8 +59,8 @@ pub fn suited(
             [middle - reach, middle, middle + reach]
         };
         let probes = open.iter().zip(&shares).flat_map(|(&m, share)| places(*share).map(|share| (m, share)));
-        let probes: Result<Vec<Machine>> = probes.map(|(m, share)| at(&machines[m], share)).collect();
-        let replayed = replay(&probes?);
+        let probes: Vec<Machine> = probes.map(|(m, share)| at(&machines[m], share)).collect::<Result<_>>()?;
+        let replayed = until_forgotten(signals, &probes, run.len(), &replay);
         for (share, traces) in shares.iter_mut().zip(replayed.chunks_exact(3)) {
             let [_, middle, _] = places(*share);
             let within = [(-1.0 - middle) / reach, (1.0 - middle) / reach];
@@ -63,6 +73,60 @@ pub fn suited(
         machines[m] = at(&machines[m], share)?;
     }
     Ok(machines)
+}
+
+/// Replays of three machines for each play, up to where β is forgotten in all of them.
+fn until_forgotten(
+    signals: &[Signal],
+    probes: &[Machine],
+    whole: usize,
+    replay: &impl Fn(&[Machine], usize) -> Vec<Traces>,
+) -> Vec<Traces> {
+    let mut samples = whole.div_ceil(FIRST_PART);
+    loop {
+        let replayed = replay(probes, samples);
+        let mut plays = probes.chunks_exact(3).zip(replayed.chunks_exact(3));
+        let is_forgotten = |(machines, traces): (&[Machine], &[Traces])| {
+            is_crossed(&machines[1], &traces[1]) && is_told(signals, traces, whole)
+        };
+        // Some replays are of the whole run in any case.
+        let is_whole = replayed.iter().all(|traces| traces.position.len() >= whole);
+        if is_whole || samples >= whole || plays.all(is_forgotten) {
+            return replayed;
+        }
+        samples = (LONGER * samples).min(whole);
+    }
+}
+
+/// Whether the motor has moved so far that it took the load with it, wherever in the play that stood.
+fn is_crossed(machine: &Machine, traces: &Traces) -> bool {
+    let width = machine.description().effect.backlash.as_ref().map_or(0.0, |law| law.width_m);
+    let (low, high) =
+        traces.position.iter().fold((f64::MAX, f64::MIN), |(low, high), &at| (low.min(at), high.max(at)));
+    high - low >= CROSSED * width
+}
+
+/// Whether the rest of a run of so many samples tells next to nothing of β, where replays from different values go on to differ as they do in their last quarter.
+fn is_told(signals: &[Signal], traces: &[Traces], whole: usize) -> bool {
+    let is_told = |&signal: &Signal| {
+        let Some(probed) = traces.iter().map(|of| of.signal(signal)).collect::<Option<Vec<&[f64]>>>() else {
+            return true;
+        };
+        let last = last_quarter(probed[1].len());
+        let power = |from: usize| -> f64 {
+            let others = [probed[0], probed[2]].into_iter();
+            let pairs = others.flat_map(|other| other[from..].iter().zip(&probed[1][from..]));
+            pairs.map(|(a, b)| (a - b).powi(2)).sum()
+        };
+        let rest = (whole - last.start) as f64 / last.len().max(1) as f64;
+        rest * power(last.start) <= FORGOTTEN * power(0)
+    };
+    signals.iter().all(is_told)
+}
+
+/// The last quarter of so many samples.
+pub(super) fn last_quarter(samples: usize) -> Range<usize> {
+    samples - samples / 4..samples
 }
 
 /// A machine as set in a run, with the β of another one advanced by so much, unless that stands at an end of its play, where it does not follow
@@ -154,6 +218,7 @@ fn least(polynomial: &[f64; 5], [from, to]: [f64; 2]) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::long_steps::tests::slow;
 
     const WHOLE: [f64; 2] = [-1.0, 1.0];
 
@@ -180,5 +245,33 @@ mod tests {
         assert_eq!([1.7, -2.0].map(|at| least(&parabola(at), WHOLE)), [Some(1.0), Some(-1.0)]);
         assert!((least(&parabola(0.3), [-0.5, 2.0]).unwrap() - 0.3).abs() < 1e-9);
         assert_eq!([[0.0; 5], [3.0, 0.0, 0.0, 0.0, 0.0]].map(|p| least(&p, WHOLE)), [None, None]);
+    }
+
+    /// Replays are of more samples until the play was crossed and they have come together; of the whole run where they do not.
+    #[test]
+    fn exact_the_rest_of_a_run_is_not_replayed_once_its_beginning_is_forgotten() {
+        let width_m = 1e-3;
+        let key = path(EffectId::Backlash, "width_m");
+        let machine = slow().with_settings([(key.as_str(), toml::Value::Float(width_m))]).unwrap();
+        let probes: Vec<Machine> = [-1.0, 0.0, 1.0].map(|share| at(&machine, share).unwrap()).into();
+        let replayed = |speed: f64, decay: f64| {
+            let mut asked = Vec::new();
+            let counted = std::cell::RefCell::new(&mut asked);
+            let replay = |machines: &[Machine], samples: usize| {
+                counted.borrow_mut().push(samples);
+                let share = |m: &Machine| m.description().effect.backlash.as_ref().unwrap().initial_share;
+                let at = |m: &Machine, k: usize| speed * k as f64 + share(m) * (-decay * k as f64).exp();
+                let of = |m: &Machine| Traces {
+                    position: (0..samples).map(|k| at(m, k)).collect(),
+                    ..Traces::with_capacity(samples)
+                };
+                machines.iter().map(of).collect()
+            };
+            until_forgotten(&[Signal::Position], &probes, 1600, &replay);
+            asked
+        };
+        assert_eq!([replayed(1e-3, 0.2), replayed(1e-3, 0.03)], [vec![100], vec![100, 400]]);
+        // Not crossed for a while; and what differs stays.
+        assert_eq!([replayed(9e-6, 0.2), replayed(1e-3, 0.0)], [[100, 400, 1600]; 2].map(Vec::from));
     }
 }

@@ -3,6 +3,7 @@
 use super::objective::Objective;
 use super::sandwich::inverted;
 use nalgebra::{DMatrix, DVector};
+use rayon::prelude::*;
 
 /// Normal equations of further numbers beside those of a fit.
 ///
@@ -40,6 +41,26 @@ impl ScoreTest {
         Self::beside(own, [jacobian, responses], residuals, &weights)
     }
 
+    /// G and b of each response as if it were the only one.
+    pub fn each(
+        objective: &Objective,
+        values: &[f64],
+        residuals: &DVector<f64>,
+        jacobian: &DMatrix<f64>,
+        responses: &[DVector<f64>],
+    ) -> Vec<[f64; 2]> {
+        let weights = objective.weights(residuals);
+        let (normal, gradient) = objective.normal(jacobian, residuals, &weights, values);
+        let inverse = inverted(&normal);
+        let one = |response: &DVector<f64>| {
+            let weighted = response.component_mul(&weights);
+            let cross = jacobian.tr_mul(&weighted);
+            let taken = &inverse * &cross;
+            [weighted.dot(response) - taken.dot(&cross), taken.dot(&gradient) - weighted.dot(residuals)]
+        };
+        responses.par_iter().map(one).collect()
+    }
+
     /// The same from N and the gradient of the fit.
     fn beside(
         (normal, gradient): (DMatrix<f64>, DVector<f64>),
@@ -47,15 +68,19 @@ impl ScoreTest {
         residuals: &DVector<f64>,
         weights: &DVector<f64>,
     ) -> Self {
-        let mut weighted = responses.clone();
-        for mut column in weighted.column_iter_mut() {
-            column.component_mul_assign(weights);
-        }
-        let cross = weighted.tr_mul(jacobian) * inverted(&normal);
-        Self {
-            normal: weighted.tr_mul(responses) - &cross * jacobian.tr_mul(&weighted),
-            right: cross * gradient - weighted.tr_mul(residuals),
-        }
+        let count = responses.ncols();
+        let products = |k: usize| {
+            let weighted = responses.column(k).component_mul(weights);
+            // RᵀWR is symmetric.
+            let with = (0..=k).map(|j| weighted.dot(&responses.column(j))).collect();
+            (with, jacobian.tr_mul(&weighted), weighted.dot(residuals))
+        };
+        let rows: Vec<(Vec<f64>, DVector<f64>, f64)> = (0..count).into_par_iter().map(products).collect();
+        let own = DMatrix::from_fn(count, count, |a, b| rows[a.max(b)].0[a.min(b)]);
+        let beside = DMatrix::from_fn(count, normal.nrows(), |k, number| rows[k].1[number]);
+        let pull = DVector::from_fn(count, |k, _| rows[k].2);
+        let cross = &beside * inverted(&normal);
+        Self { normal: own - &cross * beside.transpose(), right: cross * gradient - pull }
     }
 }
 

@@ -12,7 +12,6 @@ use super::floors::Floors;
 use super::found::{Base, Found};
 use super::hypothesis::{EffectSet, Hypothesis, has_modified, with_modified};
 use super::motion;
-use super::own_gap::own_gaps;
 use super::posterior::posterior;
 use super::predictive::{Predictive, predictive};
 use super::prior::MOST_EFFECTS;
@@ -188,8 +187,13 @@ impl Search<'_> {
         }
         // A cause may be below the level of the noise and leave residuals that are not white.
         if found.more_may_act(index) {
-            self.add_waves(&mut proposals, fit, sensitivities, &screen)?;
-            self.add_fine_periods(&mut proposals, &machine, &screen)?;
+            let screened = proposals.clone();
+            let (fine, waves) = rayon::join(
+                || self.fine_periods(&screened, &machine, &screen),
+                || self.add_waves(&mut proposals, fit, sensitivities, &screen),
+            );
+            waves?;
+            fine?.into_iter().for_each(|(effect, starts)| proposals.add(effect, starts, Vec::new()));
             self.add_vibrations(&mut proposals, fit, &screen)?;
             self.add_modes(&mut proposals, fit, sensitivities, &screen)?;
         }
@@ -306,7 +310,7 @@ impl Search<'_> {
         for (k, candidate) in open.into_iter().zip(better?) {
             found.candidates[k] = candidate;
         }
-        Ok(())
+        self.take_own_gaps(found)
     }
 
     /// The best explanation of the earlier search, judged by the present floor.
@@ -358,11 +362,6 @@ impl Search<'_> {
         };
         let training_gap = self.floors.training_gap(self.machine, &fit, self.training, has_own_floor)?;
         let contradiction = self.stretches.contradiction(self.machine, &fit, self.training.runs())?;
-        let is_close = thorough && !has_own_floor && predictive.score.is_adequate();
-        let own_gaps = match is_close {
-            true => own_gaps(self.machine, &fit, self.held_out, &self.floors.common)?,
-            false => Vec::new(),
-        };
         Ok(Candidate {
             fit,
             score,
@@ -370,7 +369,7 @@ impl Search<'_> {
             training_gap,
             has_own_floor,
             contradiction,
-            own_gaps,
+            own_gaps: None,
             thorough,
         })
     }
@@ -453,7 +452,7 @@ impl Search<'_> {
                 found.candidates[k] = again;
             }
         }
-        Ok(())
+        self.take_own_gaps(found)
     }
 
     /// The set without each of its members, and without the features that then have nothing to modify.

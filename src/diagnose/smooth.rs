@@ -48,18 +48,11 @@ pub fn smooth(samples: &[f64], half: usize, period_s: f64) -> [Vec<f64>; 3] {
     let s4: f64 = offsets().map(|j| j.powi(4)).sum();
     let determinant = width * s4 - s2 * s2;
     let mut result = [(); 3].map(|()| Vec::with_capacity(count));
+    let moments = moments(samples, half);
     for k in 0..count {
         let middle = k.clamp(half, count - 1 - half);
-        let window = &samples[middle - half..=middle + half];
-        // Sums of differences to the middle sample keep the digits of a slow, far-travelled axis.
         let base = samples[middle];
-        let (mut m0, mut m1, mut m2) = (0.0, 0.0, 0.0);
-        for (j, y) in offsets().zip(window) {
-            let difference = y - base;
-            m0 += difference;
-            m1 += j * difference;
-            m2 += j * j * difference;
-        }
+        let [m0, m1, m2] = moments.each_ref().map(|of| of[middle - half]);
         let curvature = (width * m2 - s2 * m0) / determinant;
         let slope = m1 / s2;
         let value = (s4 * m0 - s2 * m2) / determinant;
@@ -69,6 +62,26 @@ pub fn smooth(samples: &[f64], half: usize, period_s: f64) -> [Vec<f64>; 3] {
         result[2].push(2.0 * curvature / (period_s * period_s));
     }
     result
+}
+
+/// Σ d, Σ j·d and Σ j²·d of every full window of `2·half + 1` samples, over the places j in it from its middle; d are differences to the middle sample, which keep
+/// the digits of a slow, far-travelled axis.
+fn moments(samples: &[f64], half: usize) -> [Vec<f64>; 3] {
+    let windows = samples.len() - 2 * half;
+    let bases = &samples[half..half + windows];
+    let mut moments = [(); 3].map(|()| vec![0.0; windows]);
+    let [m0, m1, m2] = &mut moments;
+    for place in 0..=2 * half {
+        let j = place as f64 - half as f64;
+        let sums = m0.iter_mut().zip(m1.iter_mut()).zip(m2.iter_mut());
+        for (((m0, m1), m2), (y, base)) in sums.zip(samples[place..].iter().zip(bases)) {
+            let difference = y - base;
+            *m0 += difference;
+            *m1 += j * difference;
+            *m2 += j * j * difference;
+        }
+    }
+    moments
 }
 
 #[cfg(test)]

@@ -85,37 +85,37 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Adds starts of a reading's error with a period that is short against the travel: the signal period of a scale, a lead.
+    /// Starts of a reading's error with a period that is short against the travel, of each effect that makes one: the signal period of a scale, a lead.
     ///
     /// # Errors
     /// Whatever a replay refuses.
-    pub(super) fn add_fine_periods(
+    pub(super) fn fine_periods(
         &self,
-        proposals: &mut Proposals,
+        proposals: &Proposals,
         machine: &Machine,
         screen: &Screen,
-    ) -> Result<()> {
+    ) -> Result<Vec<(EffectId, Vec<Vec<f64>>)>> {
         let is_open = |effect: &EffectId| {
             !machine.description().effect.contains(*effect) && proposals.get(*effect).is_some()
         };
         let open: Vec<EffectId> = ENCODER.into_iter().chain(SCREW).filter(is_open).collect();
         if open.is_empty() {
-            return Ok(());
+            return Ok(Vec::new());
         }
         let noise = self.floors.common.sigma(Signal::Position);
         let (shortest, longest) = screen.period_range();
         let shortest = shortest.max(CLEAR_OF_NOISE * noise).max(screen.shortest_read());
         let found = periods(machine, self.training.runs(), shortest, screen.reading_step, FINE_PERIODS)?;
-        for effect in open {
+        let of_effect = |effect: EffectId| {
             // Behind one sensor a screw and an encoder are equals, where a screw may have such a lead.
             let least = if SCREW.contains(&effect) { LEAST_LEAD } else { 0.0 };
             let starts = found.iter().filter(|start| (least..=longest).contains(&start[0]));
             let mut starts: Vec<Vec<f64>> = starts.map(|start| start.to_vec()).collect();
             // What a law has besides a wave (the flank of a screw) starts from none.
             starts.iter_mut().for_each(|start| start.resize(effect.parameters().len(), 0.0));
-            proposals.add(effect, starts, Vec::new());
-        }
-        Ok(())
+            (effect, starts)
+        };
+        Ok(open.into_iter().map(of_effect).collect())
     }
 
     /// Adds starts of a vibration where the machine states none.

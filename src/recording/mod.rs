@@ -214,7 +214,7 @@ impl Recording {
 
     /// SHA-256 over the TOML file and all run files, whatever the order of the runs.
     pub fn sha256(&self) -> String {
-        let mut runs: Vec<_> = self.runs.iter().map(|run| (run.name(), run.sha256.as_str())).collect();
+        let mut runs: Vec<_> = self.runs.iter().map(|run| (run.name(), run.sha256())).collect();
         runs.sort_unstable();
         let mut hash = Sha256::new();
         hash.update(&self.manifest_sha256);

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
@@ -75,8 +75,7 @@ pub struct Run {
     pub settings: BTreeMap<String, toml::Value>,
     /// The file it was read from; empty for a run made in memory.
     pub file: PathBuf,
-    /// SHA-256 of that file, or of the samples for a run made in memory.
-    pub sha256: String,
+    sha256: OnceLock<String>,
     /// What was found about its time column.
     pub timing: Timing,
     /// Columns of the file that no signal uses.
@@ -99,9 +98,7 @@ impl Run {
     ) -> Result<Self> {
         let name = name.into();
         check_measured(&signals, motion).map_err(|error| error.key(name.clone()))?;
-        let mut run = Self::of_file(name, motion, sample_period_s, signals, String::new())?;
-        run.sha256 = samples_sha256(sample_period_s, &run.signals, motion);
-        Ok(run)
+        Self::hashed(name, motion, sample_period_s, signals, OnceLock::new())
     }
 
     /// A run with the hash of the file that it was read from; whether anything was measured is the caller's to ask.
@@ -111,6 +108,16 @@ impl Run {
         sample_period_s: f64,
         signals: BTreeMap<Signal, Vec<f64>>,
         sha256: String,
+    ) -> Result<Self> {
+        Self::hashed(name, motion, sample_period_s, signals, sha256.into())
+    }
+
+    fn hashed(
+        name: String,
+        motion: Motion,
+        sample_period_s: f64,
+        signals: BTreeMap<Signal, Vec<f64>>,
+        sha256: OnceLock<String>,
     ) -> Result<Self> {
         check_name(&name)?;
         if !(sample_period_s.is_finite() && sample_period_s > 0.0) {
@@ -222,7 +229,8 @@ impl Run {
             (*signal, places.iter().map(at).collect())
         };
         let signals = self.signals.iter().map(resampled).collect();
-        let mut run = Self::of_file(self.name.clone(), self.motion, period_s, signals, self.sha256.clone())?;
+        let sha256 = self.sha256().to_owned();
+        let mut run = Self::of_file(self.name.clone(), self.motion, period_s, signals, sha256)?;
         run.role = self.role;
         (run.start_s, run.begins_s) = (self.start_s, self.begins_s);
         run.metadata.clone_from(&self.metadata);
@@ -230,6 +238,12 @@ impl Run {
         run.file.clone_from(&self.file);
         run.ignored_columns.clone_from(&self.ignored_columns);
         Ok(run)
+    }
+
+    /// SHA-256 of the file that it was read from, or of the samples for a run made in memory.
+    pub fn sha256(&self) -> &str {
+        // Replays are runs too, and nobody asks for theirs.
+        self.sha256.get_or_init(|| samples_sha256(self.sample_period_s, &self.signals, self.motion))
     }
 
     /// The same run with other samples of its signals, with its settings, metadata and time stamps, and what tells its start where it was cut out of a longer
@@ -289,6 +303,7 @@ impl Run {
             lead: self.lead.clone().filter(|_| samples.start == 0),
             start_s: self.start_s + from_s,
             begins_s: self.begins_s + from_s,
+            sha256: self.sha256().to_owned().into(),
             ..self.clone()
         }
     }

@@ -21,7 +21,7 @@ const FACTOR: u64 = 0x9E37_79B9_7F4A_7C15;
 pub(super) fn check(run: &Run, training: &[Run]) -> Result<()> {
     for other in training {
         // Two time ranges of one file are told apart by their times.
-        if run.sha256 == other.sha256 && !run.sha256.is_empty() {
+        if run.sha256() == other.sha256() && !run.sha256().is_empty() {
             continue;
         }
         if let Some((count, [at, place])) = in_common(run, other) {

@@ -220,7 +220,9 @@ impl Recording {
     fn refuse_shared_data(&self, training: &[Run], held_out: &[Run]) -> Result<()> {
         for run in held_out {
             super::shared::check(run, training).map_err(|error| error.file(&self.path))?;
-            if let Some(twin) = training.iter().find(|twin| twin.sha256 == run.sha256 && overlap(twin, run)) {
+            if let Some(twin) =
+                training.iter().find(|twin| twin.sha256() == run.sha256() && overlap(twin, run))
+            {
                 return Err(Error::new(ErrorKind::Inconsistent)
                     .file(&self.path)
                     .key(run.name())

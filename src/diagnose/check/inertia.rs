@@ -1,7 +1,8 @@
 //! The force that a channel tells, fitted by the motion: its sign and its size show in the mass.
 
-use super::projection::{Basis, Coefficient, dot, spread};
+use super::projection::{Basis, Coefficient, spread};
 use super::smoothed::Smoothed;
+use crate::diagnose::scalar_product::dot;
 use crate::drive::motor::{Circuit, CircuitStep};
 use crate::machine::Machine;
 use crate::recording::Signal;

@@ -1,9 +1,10 @@
 //! Does the control effort fit reference and position through the control law, as logged or with one of them late?
 
-use super::projection::{Basis, dot, spread};
+use super::projection::{Basis, spread};
 use super::shift::Shift;
 use super::smoothed::{Smoothed, differences};
 use crate::controller::{Controller, Filters};
+use crate::diagnose::scalar_product::dot;
 use crate::diagnose::thresholds::{LARGELY, MOST};
 use crate::machine::Machine;
 use crate::recording::Signal;

@@ -1,10 +1,11 @@
 //! A feed-forward or a lag of the reference that the control law does not state: the effort tells it, computed from reference and position.
 
 use super::law::{FITS, Late, Relation, VelocitySource, is_clearly_less};
-use super::projection::{Basis, Coefficient, dot, spread};
+use super::projection::{Basis, Coefficient, spread};
 use super::shift::Shift;
 use super::smoothed::Smoothed;
 use super::{Check, Finding};
+use crate::diagnose::scalar_product::dot;
 use crate::diagnose::thresholds::{BEYOND_CHANCE, LARGELY};
 use crate::machine::Machine;
 use crate::recording::Signal;

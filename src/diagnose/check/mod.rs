@@ -17,6 +17,7 @@ mod law;
 mod missing;
 mod missing_term;
 mod projection;
+mod repeated;
 mod second_sensor;
 mod shift;
 mod sign;
@@ -47,7 +48,7 @@ pub enum Check {
     Clipping,
     /// A signal that does not change while the axis is told to move.
     StuckChannel,
-    /// A signal that was sampled more slowly and held in between.
+    /// A signal that was sampled more slowly and held in between, or that repeats old readings where samples were lost.
     HeldChannel,
     /// A reference that never moves.
     NoMotion,
@@ -194,6 +195,7 @@ impl Look {
         let mut findings = timing::timing(run);
         findings.extend(travel::of_run(experiment));
         findings.extend(stuck::stuck(experiment));
+        findings.extend(repeated::repeated(run));
         findings.extend(clipping::clipping(experiment, machine));
         let signs = sign::Signs::of(machine, &smoothed);
         findings.extend(signs.findings(run));

@@ -1,5 +1,7 @@
 //! What is left of a signal after all that a few others can explain of it.
 
+use crate::diagnose::scalar_product::dot;
+
 /// A column that keeps less than this share of its length beside those before it repeats them: half the digits
 /// of an `f64`.
 const LEAST_SHARE: f64 = 1e-8;
@@ -36,11 +38,6 @@ impl Basis {
         }
         y
     }
-}
-
-/// Scalar product.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 fn norm(a: &[f64]) -> f64 {

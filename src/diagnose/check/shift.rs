@@ -1,6 +1,7 @@
 //! By how many samples one signal lies behind another.
 
-use super::projection::{dot, standard_error};
+use super::projection::standard_error;
+use crate::diagnose::scalar_product::dot;
 use crate::diagnose::thresholds::BEYOND_CHANCE;
 
 /// Whether a channel that lies so many samples behind (or ahead) is at least a row off, rounded: where within its period a channel is sampled is not stated
