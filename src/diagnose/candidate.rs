@@ -8,6 +8,7 @@ use super::grounds::Unidentified;
 use super::hypothesis::EffectSet;
 use super::merged_waves::merged;
 use super::predictive::Predictive;
+use super::prior::MOST_EFFECTS;
 use super::thresholds::{ADEQUATE_GAP, LARGELY};
 use crate::effect::EffectId;
 use crate::recording::Signal;
@@ -95,11 +96,13 @@ impl Candidate {
         hidden.or_else(ran_off).or_else(|| at_rest.map(Unidentified::Contradicted))
     }
 
-    /// What forbids a verdict on it beside [`Self::unidentified`]: a stretch that stays open, or two waves that are not told apart. Others may be missing beside its effects, and
-    /// what is built upon it may close the stretch and tell the waves apart.
+    /// What forbids a verdict on it beside [`Self::unidentified`]: a stretch that stays open, two waves that are not told apart, or that the search went no further. Others may be
+    /// missing beside its effects, and what is built upon it may close the stretch and tell the waves apart.
     pub(super) fn incomplete(&self) -> Option<Unidentified> {
         let merged = || merged(&self.fit).map(|waves| Unidentified::Merged(waves.map(EffectId::name)));
-        self.contradiction.map(Unidentified::Contradicted).or_else(merged)
+        let effects = self.effects().len();
+        let ended = || (effects >= MOST_EFFECTS).then_some(Unidentified::SearchEnded { effects });
+        self.contradiction.map(Unidentified::Contradicted).or_else(merged).or_else(ended)
     }
 
     /// Whether it has a line of the noise among its effects: a period or a frequency was searched, and what was found there

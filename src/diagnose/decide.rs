@@ -357,7 +357,12 @@ mod tests {
         let ran_off =
             Unidentified::AtBound { effect: "local_friction", number: "width_m", value: 0.113, unit: "m" };
         for evident in ALL {
-            for (unidentified, told) in [(hidden, "friction_drift"), (ran_off, "width_m of local_friction")] {
+            let all = [
+                (hidden, "friction_drift"),
+                (ran_off, "width_m of local_friction"),
+                (Unidentified::SearchEnded { effects: 6 }, "6 effects, as many as are looked for"),
+            ];
+            for (unidentified, told) in all {
                 let grounds = Grounds { unidentified: Some(&unidentified), ..Grounds::default() };
                 let (verdict, withheld) = decided(evident, &grounds);
                 let withheld = withheld.unwrap();

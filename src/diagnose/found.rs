@@ -35,10 +35,11 @@ pub struct Found {
     pub(super) limits: Limits,
 }
 
-/// What fits that build on a candidate need of it: its sensitivities, and where other effects start beside it.
+/// What fits that build on a candidate need of it: its sensitivities, where other effects start beside it, and whether pairs of them were looked at.
 pub(super) struct Base {
     pub(super) sensitivities: Sensitivities,
     pub(super) proposals: Proposals,
+    pub(super) is_paired: bool,
 }
 
 impl Found {

@@ -61,6 +61,11 @@ pub enum Unidentified {
     },
     /// Two effects are waves whose pitches are not told apart.
     Merged([&'static str; 2]),
+    /// It has as many effects as are looked for at once.
+    SearchEnded {
+        /// How many.
+        effects: usize,
+    },
     /// The log contradicts it.
     Contradicted(Contradiction),
 }
@@ -129,6 +134,11 @@ impl Grounds<'_> {
                 format!(
                     "the pitches of {one} and {other} are not told apart (the 95 % interval of their difference holds zero), and one wave whose amplitude changes \
                      along the travel does the same"
+                )
+            }
+            Unidentified::SearchEnded { effects } => {
+                format!(
+                    "it takes {effects} effects, as many as are looked for at once, and one effect that is not in the catalogue, or not open to it, may do what several of them do"
                 )
             }
             Unidentified::Contradicted(contradiction) => return Some(contradicted(contradiction)),

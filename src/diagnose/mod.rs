@@ -58,6 +58,7 @@ mod ordinates;
 mod other_minima;
 mod outcome;
 mod own_gap;
+mod pair_search;
 pub mod parameter;
 pub mod phase;
 mod pitch_search;

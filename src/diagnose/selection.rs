@@ -158,7 +158,7 @@ impl Search<'_> {
                 Some(base) => base.proposals.clone(),
                 None => self.proposals(found, index, &sensitivities)?,
             };
-            found.bases.insert(index, Base { sensitivities, proposals });
+            found.bases.insert(index, Base { sensitivities, proposals, is_paired: false });
         }
         Ok(())
     }
@@ -374,7 +374,7 @@ impl Search<'_> {
         })
     }
 
-    /// Adds the best effect as long as that is beyond chance and material.
+    /// Adds the best effect as long as that is beyond chance and material, and the best two where no one is.
     fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
             let indices = self.explore_larger(found, before)?;
@@ -383,10 +383,10 @@ impl Search<'_> {
             };
             let next = found.best_of(&fit_to(&|index| found.may_follow(index, before)));
             let leads = found.best_of(&fit_to(&|index| found.may_lead_on(index, before)));
-            match next.or(leads) {
-                Some(best) => found.chosen = best,
-                None => break,
-            }
+            let one = next.or(leads);
+            let next = one.map_or_else(|| self.better_pair(found, before), |one| Ok(Some(one)))?;
+            let Some(best) = next else { break };
+            found.chosen = best;
         }
         Ok(())
     }

@@ -54,6 +54,8 @@ impl Search<'_> {
         if !is_sufficient || is_by_likelihood || may_hide {
             let most = if may_hide { MOST_RUNNERS_UP } else { RUNNERS_UP };
             rivals.extend(self.runners_up(found, widened, most)?);
+            // Of two effects that nearly cancel neither leads to the other.
+            self.explore_pairs(found, 0)?;
         }
         for rival in rivals {
             let effects = found.candidates[rival].effects().clone();
