@@ -123,3 +123,16 @@ fn runs_off(free: &Free, value: f64) -> bool {
     let low = least != 0.0 && value - least < edge.min(1e3 * EDGE * least.abs());
     free.freedom == Freedom::Cause && !free.held && (low || most - value < edge)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{EffectId, Unidentified};
+    use crate::diagnose::found::tests::candidate;
+
+    /// Where the search ended at as many effects as it looks for, one that it does not know may do what several of them do.
+    #[test]
+    fn exact_an_explanation_of_as_many_effects_as_are_looked_for_is_not_complete() {
+        let of = |count: usize| candidate(&EffectId::ALL[..count], 1.0, 1.0).incomplete();
+        assert!(of(5).is_none() && matches!(of(6), Some(Unidentified::SearchEnded { effects: 6 })));
+    }
+}

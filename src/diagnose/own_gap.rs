@@ -115,7 +115,6 @@ impl Found {
 mod tests {
     use super::{Candidate, EffectId, Score};
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
-    use crate::diagnose::grounds::Unidentified;
 
     /// Effects that leave noise may hide others from 1.11 times its power on; the twin as it is, and what leaves more than noise, hide nothing.
     #[test]
@@ -126,13 +125,6 @@ mod tests {
         let room = |left: f64| found(vec![candidate(&[], 0.0, 9.0), candidate(&[COULOMB], 1.0, left)], 1);
         assert!(room(1.12).more_may_act(1) && room(1.6).more_may_act(1) && !room(1.1).more_may_act(1));
         assert!(room(1.1).more_may_act(0));
-    }
-
-    /// Where the search ended at as many effects as it looks for, one that it does not know may do what several of them do.
-    #[test]
-    fn exact_an_explanation_of_as_many_effects_as_are_looked_for_is_not_complete() {
-        let of = |count: usize| candidate(&EffectId::ALL[..count], 1.0, 1.0).incomplete();
-        assert!(of(5).is_none() && matches!(of(6), Some(Unidentified::SearchEnded { effects: 6 })));
     }
 
     /// Of two explanations that leave no more than noise, the one that leaves a tenth less is told where its further effect makes three times the noise, and 0.1 % of the
