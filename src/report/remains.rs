@@ -41,7 +41,7 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
 }
 
 /// That the constants of the twin, moved inside their tolerances as the training runs ask for, predict the held-out runs worse, where that is so and nothing is named.
-fn worse_calibrated(diagnosis: &Diagnosis) -> String {
+pub(super) fn worse_calibrated(diagnosis: &Diagnosis) -> String {
     let Gap { before, after, .. } = diagnosis.gap;
     let is_worse = diagnosis.causes.is_empty() && before < LARGELY * after;
     if !is_worse {

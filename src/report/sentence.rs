@@ -4,6 +4,7 @@ use super::changes;
 use super::number::{percent, plain, probability, value};
 use super::remains::{
     by_calibration, largest, not_examined, only_in_training, remains, uncertain, unexplained_signals,
+    worse_calibrated,
 };
 use super::withheld;
 use super::words::{described, listed, name, phrase, times_noise, together};
@@ -173,7 +174,8 @@ fn unknown(diagnosis: &Diagnosis, motion: Motion) -> String {
             times_noise(gap.before)
         );
     }
-    text + &largest(diagnosis, motion) + "." + &unexplained_signals(diagnosis) + &not_examined(diagnosis)
+    let open = text + &largest(diagnosis, motion) + "." + &worse_calibrated(diagnosis);
+    open + &unexplained_signals(diagnosis) + &not_examined(diagnosis)
 }
 
 fn capitalised(text: &str) -> String {
