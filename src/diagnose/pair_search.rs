@@ -27,7 +27,7 @@ impl Search<'_> {
         Ok(found.best_of(&next))
     }
 
-    /// Looks at explanations with two effects more than one that leaves more than noise, once for each of these.
+    /// Looks at explanations with two effects more than one that leaves more than noise, as the chosen one does; once for each of these.
     ///
     /// # Model
     /// Effects are added one by one, and of two gains of a controller that are off in opposite directions neither may be worth it. Each effect has been fitted beside
@@ -44,6 +44,9 @@ impl Search<'_> {
     /// # Errors
     /// Whatever a replay refuses.
     pub(super) fn explore_pairs(&self, found: &mut Found, from: usize) -> Result<Vec<usize>> {
+        if found.is_adequate(found.chosen) {
+            return Ok(Vec::new());
+        }
         self.prepare(found, from)?;
         let is_tried = |found: &mut Found| {
             found.bases.get_mut(&from).is_none_or(|base| std::mem::replace(&mut base.is_paired, true))
