@@ -1,7 +1,6 @@
 //! Two effects that nearly cancel: each explains little by itself, and both together much.
 
 use super::care::Care;
-use super::evidence::Score;
 use super::fit::Fit;
 use super::found::Found;
 use super::hypothesis::EffectSet;
@@ -17,16 +16,6 @@ use nalgebra::{DMatrix, DVector, Matrix2, Vector2};
 const MOST_PAIRS: usize = 3;
 
 impl Search<'_> {
-    /// The best explanation with two effects more than the chosen one, where no single one is worth naming beside it and more than noise is left.
-    ///
-    /// # Errors
-    /// Whatever a replay refuses.
-    pub(super) fn better_pair(&self, found: &mut Found, before: &Score) -> Result<Option<usize>> {
-        let indices = self.explore_pairs(found, found.chosen)?;
-        let next: Vec<usize> = indices.into_iter().filter(|&k| found.may_follow(k, before)).collect();
-        Ok(found.best_of(&next))
-    }
-
     /// Looks at explanations with two effects more than one that leaves more than noise, as the chosen one does; once for each of these.
     ///
     /// # Model
@@ -43,22 +32,18 @@ impl Search<'_> {
     ///
     /// # Errors
     /// Whatever a replay refuses.
-    pub(super) fn explore_pairs(&self, found: &mut Found, from: usize) -> Result<Vec<usize>> {
-        if found.is_adequate(found.chosen) {
-            return Ok(Vec::new());
+    pub(super) fn explore_pairs(&self, found: &mut Found, from: usize) -> Result<()> {
+        let is_quiet = [found.chosen, from].iter().any(|&k| found.is_adequate(k));
+        if is_quiet || found.candidates[from].effects().len() + 2 > MOST_EFFECTS {
+            return Ok(());
         }
         self.prepare(found, from)?;
-        let is_tried = |found: &mut Found| {
-            found.bases.get_mut(&from).is_none_or(|base| std::mem::replace(&mut base.is_paired, true))
-        };
-        if found.is_adequate(from)
-            || found.candidates[from].effects().len() + 2 > MOST_EFFECTS
-            || is_tried(found)
-        {
-            return Ok(Vec::new());
-        }
+        let base = found.bases.get_mut(&from).filter(|base| !base.is_paired);
+        let Some(base) = base else { return Ok(()) };
+        base.is_paired = true;
         let pairs = self.promising_pairs(found, from)?;
-        self.explore(found, &pairs, from)
+        self.explore(found, &pairs, from)?;
+        Ok(())
     }
 
     /// The effects of an explanation with two more, those first that promise most.
@@ -103,7 +88,7 @@ fn promising(test: &ScoreTest, more: f64, in_all: f64) -> Vec<(usize, usize)> {
     let gain = |i: usize, j: usize| {
         let block = Matrix2::new(normal[(i, i)], normal[(i, j)], normal[(j, i)], normal[(j, j)]);
         let pull = Vector2::new(right[i], right[j]);
-        // Two that do the same to rounding have no inverse.
+        // Two that do the same to half of the digits have no inverse.
         let is_one = block.determinant() <= f64::EPSILON.sqrt() * block[(0, 0)] * block[(1, 1)];
         block.try_inverse().filter(|_| !is_one).map(|inverse| pull.dot(&(inverse * pull)))
     };
@@ -121,7 +106,8 @@ fn promising(test: &ScoreTest, more: f64, in_all: f64) -> Vec<(usize, usize)> {
 mod tests {
     use super::*;
 
-    /// Residuals r = R·a with responses of unit length: (1, 1) and (1, −1 + small) nearly cancel, the third does nothing of r.
+    /// Responses (1, 0.1) and (−1, 0.1) add up to (0, 0.2): residuals of 100 along that are explained by both, for a gain of 100², and hardly by either. The third response is
+    /// along another direction.
     #[test]
     fn exact_two_that_cancel_promise_most() {
         let responses = DMatrix::from_row_slice(3, 3, &[1.0, -1.0, 0.0, 0.1, 0.1, 0.0, 0.0, 0.0, 1.0]);

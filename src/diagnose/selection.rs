@@ -374,7 +374,7 @@ impl Search<'_> {
         })
     }
 
-    /// Adds the best effect as long as that is beyond chance and material, and the best two where no one is.
+    /// Adds the best effect as long as that is beyond chance and material.
     fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
             let indices = self.explore_larger(found, before)?;
@@ -383,9 +383,7 @@ impl Search<'_> {
             };
             let next = found.best_of(&fit_to(&|index| found.may_follow(index, before)));
             let leads = found.best_of(&fit_to(&|index| found.may_lead_on(index, before)));
-            let one = next.or(leads);
-            let next = one.map_or_else(|| self.better_pair(found, before), |one| Ok(Some(one)))?;
-            let Some(best) = next else { break };
+            let Some(best) = next.or(leads) else { break };
             found.chosen = best;
         }
         Ok(())

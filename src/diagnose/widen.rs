@@ -54,8 +54,6 @@ impl Search<'_> {
         if !is_sufficient || is_by_likelihood || may_hide {
             let most = if may_hide { MOST_RUNNERS_UP } else { RUNNERS_UP };
             rivals.extend(self.runners_up(found, widened, most)?);
-            // Of two effects that nearly cancel neither leads to the other.
-            self.explore_pairs(found, 0)?;
         }
         for rival in rivals {
             let effects = found.candidates[rival].effects().clone();
@@ -67,6 +65,12 @@ impl Search<'_> {
         if !is_probable {
             self.join_with_unidentified(found, before)?;
             self.shrink_rivals(found, share)?;
+        }
+        if found.better(before).is_none() {
+            // Of two effects that nearly cancel neither leads to the other.
+            for from in BTreeSet::from([0, found.chosen]) {
+                self.explore_pairs(found, from)?;
+            }
         }
         let better = found.better(before);
         found.chosen = better.unwrap_or(found.chosen);
