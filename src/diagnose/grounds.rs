@@ -138,7 +138,7 @@ impl Grounds<'_> {
             }
             Unidentified::SearchEnded { effects } => {
                 format!(
-                    "it takes {effects} effects, as many as are looked for at once, and one effect that is not in the catalogue, or not open to it, may do what several of them do"
+                    "it takes {effects} effects, as many as are looked for at once, and one effect that is not in the catalogue, or was left out of it, may do what several of them do"
                 )
             }
             Unidentified::Contradicted(contradiction) => return Some(contradicted(contradiction)),

@@ -18,10 +18,10 @@ const HALVINGS: usize = 40;
 /// Of a run one part in so many is replayed first, then longer parts by the other factor until β is forgotten: a choice of cost.
 const FIRST_PART: usize = 16;
 const LONGER: usize = 4;
-/// The play was crossed where the run has moved so many times its width.
+/// The play was crossed where the motor has moved so many times its width: after one width one way a load that does not coast stands at that end, the rest is room for one that does.
 const CROSSED: f64 = 4.0;
-/// β is forgotten where the rest of the run would tell less than this share of what is known of it by then: the best β moves by that share at most, and a sum of squares at
-/// its least by the square of it.
+/// β is forgotten where the rest of the run would add less than this share to the curvature of the sum of squares over β: the best β is a mean by curvature of what both
+/// parts tell, and moves by that share of how far they are apart.
 const FORGOTTEN: f64 = 1e-3;
 /// A sum of squares that changes by less than this share of itself says nothing of β: rounding.
 const ROUNDING: f64 = 1e-12;
@@ -118,8 +118,8 @@ fn is_told(signals: &[Signal], traces: &[Traces], whole: usize) -> bool {
             let pairs = others.flat_map(|other| other[from..].iter().zip(&probed[1][from..]));
             pairs.map(|(a, b)| (a - b).powi(2)).sum()
         };
-        let rest = (whole - last.start) as f64 / last.len().max(1) as f64;
-        rest * power(last.start) <= FORGOTTEN * power(0)
+        let rest = (whole - last.start) as f64 / last.len() as f64;
+        !last.is_empty() && rest * power(last.start) <= FORGOTTEN * power(0)
     };
     signals.iter().all(is_told)
 }

@@ -50,10 +50,21 @@ impl ScoreTest {
         responses: &[DVector<f64>],
     ) -> Vec<[f64; 2]> {
         let weights = objective.weights(residuals);
-        let (normal, gradient) = objective.normal(jacobian, residuals, &weights, values);
+        let own = objective.normal(jacobian, residuals, &weights, values);
+        Self::each_beside(own, jacobian, responses, residuals, &weights)
+    }
+
+    /// The same from N and the gradient of the fit.
+    fn each_beside(
+        (normal, gradient): (DMatrix<f64>, DVector<f64>),
+        jacobian: &DMatrix<f64>,
+        responses: &[DVector<f64>],
+        residuals: &DVector<f64>,
+        weights: &DVector<f64>,
+    ) -> Vec<[f64; 2]> {
         let inverse = inverted(&normal);
         let one = |response: &DVector<f64>| {
-            let weighted = response.component_mul(&weights);
+            let weighted = response.component_mul(weights);
             let cross = jacobian.tr_mul(&weighted);
             let taken = &inverse * &cross;
             [weighted.dot(response) - taken.dot(&cross), taken.dot(&gradient) - weighted.dot(residuals)]
@@ -61,7 +72,7 @@ impl ScoreTest {
         responses.par_iter().map(one).collect()
     }
 
-    /// The same from N and the gradient of the fit.
+    /// G and b of all responses together, from N and the gradient of the fit.
     fn beside(
         (normal, gradient): (DMatrix<f64>, DVector<f64>),
         [jacobian, responses]: [&DMatrix<f64>; 2],
@@ -104,7 +115,11 @@ mod tests {
         };
         let own = (weighted(&jacobian).tr_mul(&jacobian), weighted(&jacobian).tr_mul(&residuals));
         let responses = DMatrix::from_columns(std::slice::from_ref(&response));
-        let test = ScoreTest::beside(own, [&jacobian, &responses], &residuals, &weights);
+        let test = ScoreTest::beside(own.clone(), [&jacobian, &responses], &residuals, &weights);
+        let alone =
+            ScoreTest::each_beside(own, &jacobian, std::slice::from_ref(&response), &residuals, &weights);
+        let [g, b] = alone[0];
+        assert!((g - test.normal[(0, 0)]).abs() < 1e-9 && (b - test.right[0]).abs() < 1e-9, "{g} {b}");
         let gain = test.right[0].powi(2) / test.normal[(0, 0)];
         let all = DMatrix::from_columns(&[of(1), of(2), response]);
         assert!((gain - (least(&jacobian) - least(&all))).abs() < 1e-9, "{gain}");

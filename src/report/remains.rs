@@ -40,7 +40,7 @@ pub(super) fn remains(diagnosis: &Diagnosis, motion: Motion) -> String {
     }
 }
 
-/// That the constants of the twin, moved inside their tolerances as the training runs ask for, predict the held-out runs worse, where that is so and nothing is named.
+/// That calibration overfits the training runs: the twin as it is predicts the held-out runs better, where nothing is named.
 pub(super) fn worse_calibrated(diagnosis: &Diagnosis) -> String {
     let Gap { before, after, .. } = diagnosis.gap;
     let is_worse = diagnosis.causes.is_empty() && before < LARGELY * after;
@@ -48,7 +48,7 @@ pub(super) fn worse_calibrated(diagnosis: &Diagnosis) -> String {
         return String::new();
     }
     format!(
-        " The twin as it is leaves {}: calibration inside its tolerances takes up in the training runs what is missing, and that does not carry over to others.",
+        " The twin as it is leaves {}: calibration inside its tolerances overfits the training runs.",
         times_noise(before)
     )
 }

@@ -4,6 +4,7 @@
 use crate::support::strokes::{Cell, Strokes};
 use crate::support::told::{model, names, show, with};
 use slideway::diagnose::grounds::Veto;
+use slideway::diagnose::verdict::Diagnosis;
 use slideway::diagnose::{Options, Verdict, diagnose};
 use slideway::effect::EffectId;
 use slideway::machine::Machine;
@@ -53,16 +54,23 @@ fn stage() -> Machine {
     Machine::read(folder.path()).unwrap()
 }
 
+/// The diagnosis of a stage that hides this of its twin.
+fn diagnosed(hidden: &[(&str, f64)], catalogue: &[EffectId]) -> Diagnosis {
+    let stated = stage();
+    let real = with(&stated, hidden);
+    let recording = Strokes { dwell_s: 0.1, ..Strokes::both_ways(&stated, &real, 1) }.recording(&CELLS);
+    let d = diagnose(&stated, &recording, &Options { catalogue, ..Options::default() }).unwrap();
+    show(&d);
+    d
+}
+
 /// A current loop of 637 Hz in the place of 1326 Hz and a delay of 60 µs: one slower current loop leaves 1.02 × noise by itself. Beside both it is no explanation.
 #[test]
 fn ref_two_effects_are_told_where_one_leaves_noise() {
-    let stated = stage();
-    let hidden = [("effect.current_loop.bandwidth_hz", 636.6), ("effect.loop_delay.delay_s", 60e-6)];
-    let real = with(&stated, &hidden);
-    let recording = Strokes { dwell_s: 0.1, ..Strokes::both_ways(&stated, &real, 1) }.recording(&CELLS);
-    let options = Options { catalogue: &CATALOGUE, ..Options::default() };
-    let d = diagnose(&stated, &recording, &options).unwrap();
-    show(&d);
+    let d = diagnosed(
+        &[("effect.current_loop.bandwidth_hz", 636.6), ("effect.loop_delay.delay_s", 60e-6)],
+        &CATALOGUE,
+    );
     assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["current_loop", "loop_delay"]));
     let holds = |effect: &str, key: &str, truth: f64| {
         let cause = d.causes.iter().find(|cause| cause.effect == effect).unwrap();
@@ -85,17 +93,14 @@ const GAINS: [EffectId; 9] = [
     EffectId::ViscousFriction,
 ];
 
-/// A position gain 5 % too small with a velocity feed-forward of 0.05: at an even pace both leave the following error that the twin has. Each by itself explains less than
-/// a slower filter of the velocity, and what is added to that one by one ends at 50 × noise.
+/// A position gain 5 % too small with a velocity feed-forward of 0.05: at an even pace both together leave the following error that the twin has. Effects that are added one by
+/// one do not lead to them.
 #[test]
 fn ref_two_gains_that_nearly_cancel_are_told() {
-    let stated = stage();
-    let hidden = [("effect.position_gain.factor", 0.95), ("effect.velocity_feedforward.share", 0.05)];
-    let real = with(&stated, &hidden);
-    let recording = Strokes { dwell_s: 0.1, ..Strokes::both_ways(&stated, &real, 1) }.recording(&CELLS);
-    let options = Options { catalogue: &GAINS, ..Options::default() };
-    let d = diagnose(&stated, &recording, &options).unwrap();
-    show(&d);
+    let d = diagnosed(
+        &[("effect.position_gain.factor", 0.95), ("effect.velocity_feedforward.share", 0.05)],
+        &GAINS,
+    );
     assert_eq!((d.verdict, names(&d)), (Verdict::Cause, vec!["position_gain", "velocity_feedforward"]));
 }
 

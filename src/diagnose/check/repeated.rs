@@ -26,12 +26,15 @@ fn finding(run: &Run, signal: Signal) -> Option<Finding> {
         Check::HeldChannel,
         format!(
             "The {signal} repeats its reading of the sample before at {count} samples, first at sample {first}, while the axis moves: samples were lost there and filled with \
-             old values, or the channel was read too early. Log it again, or take those rows out: up to five lost rows in a row are filled in on the straight line."
+             old values, or the channel was read too early. Log it again, or take those rows out: up to five lost rows in a row, in at most 2 % of the rows, are filled in on the straight line."
         ),
     ))
 }
 
 /// The samples that repeat the one before, where the axis moves one way before and after them; none where that is how the signal is sampled throughout.
+///
+/// # Validity
+/// Readings on a grid, whose step is the least difference between two neighbours; of readings without a grid, that repeat no value by chance.
 fn repeats(samples: &[f64]) -> Vec<Range<usize>> {
     let steps: Vec<f64> = samples.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let least = steps.iter().map(|step| step.abs()).filter(|step| *step > 0.0).fold(f64::INFINITY, f64::min);
