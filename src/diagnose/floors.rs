@@ -42,6 +42,22 @@ impl Floors {
         Ok(Self { common: floor(machine)?, own })
     }
 
+    /// Those of another twin of the same machine, where they are others.
+    ///
+    /// # Errors
+    /// Whatever a replay refuses.
+    pub fn others(
+        &self,
+        machine: &Machine,
+        (training, held_out): (&Training, &HeldOut),
+        left: &BTreeMap<Signal, f64>,
+    ) -> Result<Option<Self>> {
+        let others = Self::estimate(machine, training, held_out, left)?;
+        let is_like = |runs: &[Experiment]| others.common.is_like(&self.common, runs);
+        let are_like = is_like(training.runs()) && is_like(held_out.runs());
+        Ok((!are_like).then_some(others))
+    }
+
     /// The floor of a twin with these effects, where it has one of its own.
     pub fn own(&self, effects: &EffectSet) -> Option<&Floor> {
         self.own.as_ref().filter(|(effect, _)| effects.contains(effect)).map(|(_, floor)| floor)

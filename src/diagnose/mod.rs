@@ -22,6 +22,7 @@ pub mod decide;
 mod descent;
 mod discrepancy;
 mod drive_force;
+mod earlier_search;
 pub mod estimate;
 pub mod evidence;
 pub mod experiment;
@@ -70,6 +71,7 @@ mod predictive_weights;
 mod prior;
 pub mod proposals;
 pub mod prove;
+pub mod reached;
 pub mod residual_whiteness;
 mod rivals;
 mod run_setting;
@@ -112,10 +114,12 @@ use cut::contradiction::StatedStretches;
 use decide::Limits;
 use evidence::Score;
 use experiment::{Experiment, HeldOut, Training};
+use fit::Fit;
 use floors::Floors;
 use found::Found;
 use next_experiment::NextExperiment;
 use noise::Floor;
+use reached::Reached;
 use selection::Search;
 use std::collections::BTreeMap;
 use training_gap::TrainingGap;
@@ -191,13 +195,12 @@ fn diagnose_after(
     let is_fit_to_judge = grounds::fatal(&ready.checks).next().is_none();
     let catalogue = if is_fit_to_judge { &view.catalogue[..] } else { &[] };
     let options = &Options { catalogue, ..*options };
-    let mut found = ready.search(options, None)?;
+    let mut found = match ready.search(options, None)? {
+        Reached::End(found) => found,
+        Reached::OtherFloors(found) => ready.search_again(options, found)?,
+    };
     if !found.candidates[found.chosen].effects().is_empty() {
-        // Noise takes another way through a twin that has the causes (stick-slip above all): judge again.
-        let twin = floors::without_noise(machine, &found.candidates[found.chosen].fit)?;
-        if ready.set_floors(&twin)? {
-            found = ready.search(options, Some(&found))?;
-        }
+        found = ready.search_again(options, found)?;
     }
     if found.is_quiet(&ready.before) {
         // The held-out runs show no gap, or calibration leaves none that a cause explains overwhelmingly better.
@@ -240,16 +243,10 @@ impl<'a> Ready<'a> {
         Ok(Self { machine, training, held_out, floors, before, clean, stretches, known, checks })
     }
 
-    /// Takes the noise floors of another twin of the same machine; tells whether they are others.
-    fn set_floors(&mut self, twin: &Machine) -> Result<bool> {
-        let floors = Floors::estimate(twin, &self.training, &self.held_out, &self.known.left)?;
-        let is_like = |runs: &[Experiment]| floors.common.is_like(&self.floors.common, runs);
-        if is_like(self.training.runs()) && is_like(self.held_out.runs()) {
-            return Ok(false);
-        }
-        self.floors = floors;
-        self.before = Score::of(self.machine, &self.held_out, &self.floors.common)?;
-        Ok(true)
+    /// The noise floors of the twin that has the causes of a fit, where they are others: noise takes another way through it (stick-slip above all).
+    fn other_floors(&self, fit: &Fit) -> Result<Option<Floors>> {
+        let twin = floors::without_noise(self.machine, fit)?;
+        self.floors.others(&twin, (&self.training, &self.held_out), &self.known.left)
     }
 
     /// The noise floor of a candidate.
@@ -258,11 +255,22 @@ impl<'a> Ready<'a> {
         own.unwrap_or(&self.floors.common)
     }
 
-    fn search(&self, options: &Options, earlier: Option<&Found>) -> Result<Found> {
+    /// Judges again by the noise floors of the explanation that a search chose, where they are others.
+    fn search_again(&mut self, options: &Options, earlier: Found) -> Result<Found> {
+        let other = self.other_floors(&earlier.candidates[earlier.chosen].fit)?;
+        let Some(floors) = other else { return Ok(earlier) };
+        self.floors = floors;
+        self.before = Score::of(self.machine, &self.held_out, &self.floors.common)?;
+        self.search(options, Some(&earlier)).map(Reached::found)
+    }
+
+    /// A search; one without an earlier one may end where its floors do not hold.
+    fn search(&self, options: &Options, earlier: Option<&Found>) -> Result<Reached> {
         let constants = self.machine.constants();
         let applies = |effect: &EffectId| effect.applies(&constants);
         let catalogue: Vec<EffectId> = options.catalogue.iter().copied().filter(applies).collect();
         let catalogue = cut::left(&catalogue, &self.clean, self.training.runs());
+        let has_other_floors = |fit: &Fit| self.other_floors(fit).map(|floors| floors.is_some());
         let search = Search {
             machine: self.machine,
             training: &self.training,
@@ -274,6 +282,7 @@ impl<'a> Ready<'a> {
             limits: &options.limits,
             for_prediction: self.known.is_reference,
             progress: options.progress,
+            has_other_floors: earlier.is_none().then_some(&has_other_floors),
         };
         search.run(&self.before)
     }

@@ -16,11 +16,15 @@ use super::posterior::posterior;
 use super::predictive::{Predictive, predictive};
 use super::prior::MOST_EFFECTS;
 use super::proposals::{Proposals, members};
+use super::reached::Reached;
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
+
+/// What is asked of a fit.
+type OfFit<'a> = dyn Fn(&Fit) -> Result<bool> + Sync + 'a;
 
 /// What the search has to work with.
 pub struct Search<'a> {
@@ -44,6 +48,8 @@ pub struct Search<'a> {
     pub for_prediction: bool,
     /// Told how far the fitting is.
     pub progress: &'a (dyn Fn(Progress) + Sync),
+    /// Whether the noise floors of the twin of a fit are others than these. Asked of the first effect that leaves little of the gap; none where it was asked before.
+    pub has_other_floors: Option<&'a OfFit<'a>>,
 }
 
 /// Of the hypotheses of one round, so many are fitted to the end.
@@ -53,16 +59,12 @@ const FINALISTS: usize = 4;
 pub(super) const MOST_FALL: f64 = 0.5;
 /// A share of the posterior below this changes no verdict.
 const LEAST_SHARE: f64 = 0.01;
-/// An explanation that left so many times the mean square of the best one, by the floor of the earlier search and by the present one, is not fitted again: another
-/// weighting of the signals will not bring it there. A choice of cost.
-const HOPELESS: f64 = 4.0;
-
 impl Search<'_> {
     /// Runs the search.
     ///
     /// # Errors
     /// Whatever a replay refuses.
-    pub fn run(&self, before: &Score) -> Result<Found> {
+    pub fn run(&self, before: &Score) -> Result<Reached> {
         let description = self.machine.description();
         let stated = EffectId::ALL.iter().copied().filter(|effect| description.effect.contains(*effect));
         let mut found = Found {
@@ -83,7 +85,9 @@ impl Search<'_> {
         found.candidates.extend(calibrated);
         let mut widened = BTreeSet::new();
         for _ in 0..MOST_EFFECTS {
-            self.climb(&mut found, before)?;
+            if !self.climb(&mut found, before)? {
+                return Ok(Reached::OtherFloors(found));
+            }
             if self.go_to_a_better_minimum(&mut found)? {
                 continue;
             }
@@ -108,16 +112,18 @@ impl Search<'_> {
         }
         self.take_what_is_probable(&mut found, before);
         self.leave_out_what_a_form_leaves(&mut found, before)?;
-        Ok(found)
+        Ok(Reached::End(found))
     }
 
-    /// Goes from the chosen explanation to better ones step by step: adds effects, takes some away, puts others in their place.
-    fn climb(&self, found: &mut Found, before: &Score) -> Result<()> {
+    /// Goes from the chosen explanation to better ones step by step: adds effects, takes some away, puts others in their place. Tells whether the search goes on.
+    fn climb(&self, found: &mut Found, before: &Score) -> Result<bool> {
         // Every explanation seen sharpens the weights of all: the steps are gone through until they change nothing.
         let mut settled = None;
         for _ in 0..MOST_EFFECTS {
             let sound = found.chosen;
-            self.grow(found, before)?;
+            if !self.grow(found, before)? {
+                return Ok(false);
+            }
             // An effect that led on may have become superfluous.
             self.shrink(found, before)?;
             if !found.is_resolved(found.chosen) {
@@ -138,7 +144,7 @@ impl Search<'_> {
             }
             settled = Some(found.chosen);
         }
-        Ok(())
+        Ok(true)
     }
 
     /// The candidates with these sets of effects, fitted to the end; without those that cannot be looked at.
@@ -161,14 +167,6 @@ impl Search<'_> {
             found.bases.insert(index, Base { sensitivities, proposals, is_paired: false });
         }
         Ok(())
-    }
-
-    /// What the earlier search made ready of a candidate, where it looked for no less: another floor moves starts by little.
-    fn earlier_base(&self, found: &Found, index: usize) -> Option<&Base> {
-        let earlier = self.earlier?;
-        let k = earlier.index(found.candidates[index].effects())?;
-        let is_whole = index == 0 || earlier.more_may_act(k) || !found.more_may_act(index);
-        earlier.bases.get(&k).filter(|_| is_whole)
     }
 
     /// Where the numbers of other effects may start beside a candidate.
@@ -313,30 +311,8 @@ impl Search<'_> {
         self.take_own_gaps(found)
     }
 
-    /// The best explanation of the earlier search, judged by the present floor.
-    fn earlier_best(&self) -> Result<Option<Candidate>> {
-        let best = self.earlier.map(|found| &found.candidates[found.chosen]);
-        best.map(|best| self.judge(best.fit.clone(), false)).transpose()
-    }
-
-    /// The fit of the earlier search, judged by the present floor, where it did not come near the best explanation by either; `best` is that one by the present
-    /// floor.
-    fn hopeless(&self, hypothesis: &Hypothesis, best: Option<&Candidate>) -> Result<Option<Candidate>> {
-        let Some((found, best)) = self.earlier.zip(best) else { return Ok(None) };
-        let Some(index) = found.index(&hypothesis.effects) else { return Ok(None) };
-        if found.left(index) <= HOPELESS * found.left(found.chosen) {
-            return Ok(None);
-        }
-        let again = self.judge(found.candidates[index].fit.clone(), false)?;
-        let is_hopeless = again.left() > HOPELESS * best.left();
-        if is_hopeless {
-            self.tell(hypothesis);
-        }
-        Ok(is_hopeless.then_some(again))
-    }
-
     /// Tells that a hypothesis is fitted.
-    fn tell(&self, hypothesis: &Hypothesis) {
+    pub(super) fn tell(&self, hypothesis: &Hypothesis) {
         let names: Vec<&str> = hypothesis.effects.iter().map(|e| e.name()).collect();
         (self.progress)(Progress::Fitted(&names.join(" + ")));
     }
@@ -353,7 +329,7 @@ impl Search<'_> {
     }
 
     /// Scores a fit on the held-out runs.
-    fn judge(&self, fit: Fit, thorough: bool) -> Result<Candidate> {
+    pub(super) fn judge(&self, fit: Fit, thorough: bool) -> Result<Candidate> {
         let (score, has_own_floor) = self.floors.score(self.machine, &fit, self.held_out)?;
         let predictive = if thorough && !has_own_floor {
             predictive(self.machine, &fit, (self.training, self.held_out), &self.floors.common, &score)?
@@ -374,8 +350,8 @@ impl Search<'_> {
         })
     }
 
-    /// Adds the best effect as long as that is beyond chance and material.
-    fn grow(&self, found: &mut Found, before: &Score) -> Result<()> {
+    /// Adds the best effect as long as that is beyond chance and material. Tells whether the search goes on.
+    fn grow(&self, found: &mut Found, before: &Score) -> Result<bool> {
         while found.effects().len() < MOST_EFFECTS && found.has_material_left(before) {
             let indices = self.explore_larger(found, before)?;
             let fit_to = |next: &dyn Fn(usize) -> bool| -> Vec<usize> {
@@ -385,8 +361,11 @@ impl Search<'_> {
             let leads = found.best_of(&fit_to(&|index| found.may_lead_on(index, before)));
             let Some(best) = next.or(leads) else { break };
             found.chosen = best;
+            if self.begins_anew(found, before)? {
+                return Ok(false);
+            }
         }
-        Ok(())
+        Ok(true)
     }
 
     /// Looks at the chosen set with one effect more, and then at those in which a feature comes with what it modifies. Such a pair is a detail of an explanation
