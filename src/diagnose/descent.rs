@@ -101,7 +101,7 @@ pub(super) fn descend(
             let fall = cost - objective.cost(&there, &weights, values);
             Ok((there, fall))
         };
-        let Some(next) = here.next(&model, &mut damping, &tried)? else {
+        let Some(next) = here.next(&model, &mut damping, little, &tried)? else {
             last = Some(jacobian);
             break;
         };
@@ -148,12 +148,13 @@ impl Here<'_> {
         (step.dot(&(robust * step)) / step.dot(&(&model.normal * step))).max(1.0)
     }
 
-    /// The first step that falls, ever more damped; none where not even a short one does. `tried` gives the residuals at some values, and by how
-    /// much the cost falls on the way there.
+    /// The first step that falls, ever more damped; none where not even a short one does, or one that would fall by little more than nothing. `tried` gives the residuals
+    /// at some values, and by how much the cost falls on the way there.
     fn next(
         &self,
         model: &Model,
         damping: &mut f64,
+        little: f64,
         tried: &impl Fn(&[f64]) -> Result<(DVector<f64>, f64)>,
     ) -> Result<Option<Next>> {
         let mut last: Option<DVector<f64>> = None;
@@ -163,8 +164,12 @@ impl Here<'_> {
             if moved.as_deref() == Some(model.values) {
                 break;
             }
+            // More damping promises less still.
+            if last.is_some() && step.as_ref().is_some_and(|step| model.fall(step) <= little) {
+                break;
+            }
             // A step that hardly differs from the last one, which did not fall, is not replayed.
-            let is_new = |step: &DVector<f64>| last.as_ref().is_none_or(|last| differs(step, last));
+            let is_new = |step: &DVector<f64>| last.as_ref().is_none_or(|last| model.differ(step, last));
             if let Some((step, moved)) = step.filter(is_new).zip(moved) {
                 if let Some(next) = self.corrected(model, &step, moved, *damping, tried)? {
                     return Ok(Some(next));
@@ -219,12 +224,8 @@ impl Here<'_> {
     }
 }
 
-/// Two steps differ where their difference is longer than this share of either.
+/// Two steps differ where their difference changes the residuals by more than this share of what either does.
 const OTHER_STEP: f64 = 0.01;
-
-fn differs(step: &DVector<f64>, last: &DVector<f64>) -> bool {
-    (step - last).norm() > OTHER_STEP * step.norm()
-}
 
 /// The cost near some values as a quadratic form; steps are in units of the numbers' scales.
 struct Model<'a> {
@@ -243,6 +244,11 @@ impl Model<'_> {
     /// Length of a step in the metric of the damping.
     fn length(&self, step: &DVector<f64>) -> f64 {
         step.component_mul(&self.normal.diagonal().map(f64::sqrt)).norm()
+    }
+
+    /// Whether two steps differ, each number in proportion to what it changes of the residuals.
+    fn differ(&self, step: &DVector<f64>, last: &DVector<f64>) -> bool {
+        self.length(&(step - last)) > OTHER_STEP * self.length(step)
     }
 
     /// The damped step that makes the form with this gradient smallest inside the ranges.
@@ -304,7 +310,7 @@ mod tests {
         let from = |iteration: usize| {
             let here = Here { residuals: &begun, jacobian: &jacobian, weights: &weights, iteration };
             let mut damping = SMALLEST_DAMPING;
-            here.next(&model, &mut damping, &tried).ok().flatten().map(|next| (next, damping))
+            here.next(&model, &mut damping, 0.0, &tried).ok().flatten().map(|next| (next, damping))
         };
         let (next, damping) = from(ROUGH_ITERATIONS).unwrap_or_else(|| unreachable!());
         assert!(next.residuals.norm() < 1e-6 && damping == SMALLEST_DAMPING, "{:?}", next.values);

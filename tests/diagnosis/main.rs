@@ -24,6 +24,7 @@ mod missing_signals;
 mod modes;
 mod next_experiment;
 mod only_in_training;
+mod other_floors;
 mod payload_lever;
 mod pitch_search;
 mod play;
