@@ -51,6 +51,7 @@ mod merged_waves;
 mod modal_masses;
 mod mode_search;
 pub mod motion;
+mod nested;
 pub mod next_experiment;
 pub mod noise;
 mod nonparametric;
@@ -195,13 +196,11 @@ fn diagnose_after(
     let is_fit_to_judge = grounds::fatal(&ready.checks).next().is_none();
     let catalogue = if is_fit_to_judge { &view.catalogue[..] } else { &[] };
     let options = &Options { catalogue, ..*options };
-    let mut found = match ready.search(options, None)? {
+    let found = match ready.search(options, None)? {
         Reached::End(found) => found,
         Reached::OtherFloors(found) => ready.search_again(options, found)?,
     };
-    if !found.candidates[found.chosen].effects().is_empty() {
-        found = ready.search_again(options, found)?;
-    }
+    let mut found = ready.search_again(options, found)?;
     if found.is_quiet(&ready.before) {
         // The held-out runs show no gap, or calibration leaves none that a cause explains overwhelmingly better.
         found.settle(&ready.before);
@@ -257,7 +256,8 @@ impl<'a> Ready<'a> {
 
     /// Judges again by the noise floors of the explanation that a search chose, where they are others.
     fn search_again(&mut self, options: &Options, earlier: Found) -> Result<Found> {
-        let other = self.other_floors(&earlier.candidates[earlier.chosen].fit)?;
+        let chosen = &earlier.candidates[earlier.chosen];
+        let other = if chosen.effects().is_empty() { None } else { self.other_floors(&chosen.fit)? };
         let Some(floors) = other else { return Ok(earlier) };
         self.floors = floors;
         self.before = Score::of(self.machine, &self.held_out, &self.floors.common)?;

@@ -305,9 +305,10 @@ impl Search<'_> {
                 self.evaluate(&fit.hypothesis, Some(&fit.values), Care::Thorough)
             })
             .collect();
-        for (k, candidate) in open.into_iter().zip(better?) {
+        for (&k, candidate) in open.iter().zip(better?) {
             found.candidates[k] = candidate;
         }
+        self.nest(found, &open)?;
         self.take_own_gaps(found)
     }
 

@@ -17,6 +17,12 @@ impl Found {
         self.posterior = posterior(self, before);
     }
 
+    /// The explanation that leaves least of the held-out runs, the uncertainty of its numbers included, of those that have a share of the posterior.
+    fn predicts_best(&self) -> Option<usize> {
+        let counts = |k: &usize| self.candidates[*k].thorough && self.posterior[*k] > 0.0;
+        (0..self.candidates.len()).filter(counts).min_by(|&a, &b| self.left(a).total_cmp(&self.left(b)))
+    }
+
     /// Whether a candidate leaves no more than the chosen explanation but for what the form of a law may leave; of one that is not fitted to the end, whether it may
     /// then.
     fn is_of_form(&self, index: usize, before: &Score) -> bool {
@@ -69,7 +75,7 @@ impl Search<'_> {
     }
 
     /// Where the chosen explanation leaves too much for a cause: takes the most probable one if it is improbable, and else the one with all effects that
-    /// are certain, if those are more. Where an explanation is wanted for what it predicts it is the most probable one in any case. No verdict rests on it
+    /// are certain, if those are more. Where an explanation is wanted for what it predicts it is the one that predicts best, whatever its probability. No verdict rests on it
     /// where the training runs do not identify it (see [`Unidentified`](super::grounds::Unidentified)).
     ///
     /// # Source
@@ -87,7 +93,8 @@ impl Search<'_> {
                 return;
             }
             let decides = self.limits.probability;
-            let other = match self.for_prediction || own < decides {
+            let other = match own < decides {
+                _ if self.for_prediction => found.predicts_best(),
                 true => Some(found.most_probable()),
                 false => found.all_certain(self.machine, decides),
             };
@@ -102,6 +109,19 @@ impl Search<'_> {
 mod tests {
     use super::*;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
+
+    /// The explanation that predicts best is the one that leaves least of those that have a share and are fitted to the end, whatever its share.
+    #[test]
+    fn exact_what_predicts_best_need_not_be_most_probable() {
+        let least = |share: f64, is_thorough: bool| {
+            let one = |effect, left: f64| candidate(&[effect], 1.0, left);
+            let mut found = found(vec![candidate(&[], 0.0, 1e4), one(COULOMB, 9.0), one(BACKLASH, 4.0)], 1);
+            found.posterior = vec![0.0, 1.0 - share, share];
+            found.candidates[2].thorough = is_thorough;
+            found.predicts_best()
+        };
+        assert_eq!([least(0.01, true), least(0.0, true), least(0.01, false)], [2, 1, 1].map(Some));
+    }
 
     /// Beside a gap of 100, of which a thousandth may stay as the form of a law leaves it: what leaves 9.9 of mean square more may be that, and not what leaves 10.1.
     #[test]
