@@ -3,11 +3,10 @@
 use super::amplitude::amplitudes;
 use super::evidence::Score;
 use super::found::Found;
-use super::free::Freedom;
 use super::hypothesis::EffectSet;
-use super::parameter::NORMAL_975;
 use super::posterior::posterior;
 use super::selection::Search;
+use super::significance::is_significant;
 use super::uncertainty::Uncertainty;
 use crate::effect::EffectId;
 use crate::error::Result;
@@ -20,7 +19,7 @@ impl Search<'_> {
     /// and another share of it in each run. An effect is borne out where an interval of its numbers, as the report states it
     /// ([`Uncertainty`]), leaves out the twin's own value; of a wave, that of its amplitude. An effect without which
     /// more is left than may stay open is proven by what it closes, and stays. So is one without which unseen runs are not predicted to their noise
-    /// any more: an explanation that leaves noise leaves nothing of other laws to be taken up.
+    /// any more: an explanation that leaves noise leaves nothing of other laws to be taken up. Where calibration alone leaves noise, all of them may go.
     ///
     /// # Errors
     /// Whatever a replay refuses.
@@ -37,8 +36,9 @@ impl Search<'_> {
             // Two may stand for one another, so that neither is superfluous beside the other: all of them go, or one.
             let one = open.iter().map(|effect| self.without(found.effects(), [*effect]));
             let sets = one.chain([self.without(found.effects(), open.iter().copied())]);
-            let smaller: Vec<EffectSet> =
-                sets.filter(|set| !set.is_empty() && set != found.effects()).collect();
+            let may_be =
+                |set: &EffectSet| set != found.effects() && (!set.is_empty() || found.predicts_to_noise(0));
+            let smaller: Vec<EffectSet> = sets.filter(may_be).collect();
             let Some(index) = self.sufficient(found, &smaller, before)? else { break };
             let rest = found.candidates[index].effects();
             found.not_borne_out.extend(found.candidates[found.chosen].effects().difference(rest).copied());
@@ -61,7 +61,9 @@ impl Search<'_> {
 impl Found {
     /// Whether a candidate leaves so little that the further effects of the chosen explanation may be taken out.
     fn suffices(&self, index: usize, before: &Score, noise_is_measured: bool) -> bool {
-        if self.predicts_to_noise(self.chosen) {
+        if index == 0 {
+            self.predicts_to_noise(0)
+        } else if self.predicts_to_noise(self.chosen) {
             self.leaves_nothing_to_name(index, before, noise_is_measured)
         } else {
             self.is_sufficient(index, before, noise_is_measured)
@@ -76,15 +78,7 @@ fn is_borne_out(Uncertainty { fit, folds }: &Uncertainty, effect: EffectId) -> b
     if !waves.is_empty() {
         return waves.values().any(|amplitude| amplitude.ci95[0] > amplitude.twin);
     }
-    let errors = &fit.standard_errors;
-    let free = &fit.hypothesis.free;
-    let own = |k: &usize| free[*k].effect == effect && free[*k].freedom == Freedom::Cause && !free[*k].held;
-    let mut numbers = (0..free.len()).filter(own).filter(|&k| !free[k].neutral.is_nan()).peekable();
-    // An effect whose numbers are all held has no interval to go by. A number that does nothing on these runs has none either, and
-    // bears nothing out.
-    numbers.peek().is_none()
-        || numbers
-            .any(|k| errors[k] > 0.0 && (fit.values[k] - free[k].neutral).abs() > NORMAL_975 * errors[k])
+    is_significant(fit, effect)
 }
 
 #[cfg(test)]

@@ -85,6 +85,7 @@ mod sensor_bias;
 mod settle;
 pub mod shape;
 mod short_travel;
+mod significance;
 pub mod smooth;
 mod standard_errors;
 pub mod thresholds;
@@ -132,8 +133,7 @@ pub struct Options<'a> {
     pub catalogue: &'a [EffectId],
     /// Told how far the fitting is.
     pub progress: &'a (dyn Fn(Progress) + Sync),
-    /// Samples that are worked on, at most about: of more, the stretches that hold most of the motion
-    /// ([`Recording::split_within`]).
+    /// Samples that are worked on, at most about: of more, the stretches of most motion ([`Recording::split_within`]).
     pub most_samples: usize,
     /// What the verdict is decided by.
     pub limits: Limits,
@@ -294,10 +294,11 @@ impl<'a> Ready<'a> {
         split: &Split,
         options: &Options,
     ) -> Result<Diagnosis> {
+        let runs = (&self.training, &self.held_out, &self.before);
+        let is_comparison = self.known.reference.is_some();
+        let folds = standard_errors::widen(&mut found, self.machine, runs, &self.floors, is_comparison)?;
         let floor = self.floor_of(&found.candidates[found.chosen]);
         let floors = [&self.floors.common, floor];
-        let (runs, is_comparison) = ((&self.training, &self.held_out), self.known.reference.is_some());
-        let folds = standard_errors::widen(&mut found, self.machine, runs, &self.floors, is_comparison)?;
         let predicted = folds.predicted_closed(self.machine, &self.training, floors)?;
         let found = &found;
         let chosen = &found.candidates[found.chosen];
@@ -419,13 +420,11 @@ impl<'a> Ready<'a> {
         limits: &Limits,
         rigid_body: Option<&prove::RigidBody>,
     ) -> (Verdict, Option<grounds::Withheld>) {
-        let before = self.known.reference.as_ref();
-        let reference = before.map(|before| grounds::Before {
+        let reference = self.known.reference.as_ref().map(|before| grounds::Before {
             is_explained: before.is_explained(),
             gap_after: before.gap_after,
         });
-        let chosen = &found.candidates[found.chosen];
-        let unidentified = chosen.unidentified().or_else(|| chosen.incomplete());
+        let unidentified = found.unidentified();
         let unidentified = unidentified.as_ref();
         let grounds = grounds::Grounds { checks: &self.checks, reference, unidentified, rigid_body };
         decide::decide(&found.evidence(found.chosen, &self.before, floor.is_measured()), limits, &grounds)
