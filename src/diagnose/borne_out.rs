@@ -123,6 +123,16 @@ mod tests {
         assert!(!may_be_beside(5.0, 1.0, 20.0));
     }
 
+    /// All effects may go where calibration alone leaves noise.
+    #[test]
+    fn exact_calibration_that_leaves_noise_is_enough() {
+        let is_enough = |left: f64| {
+            let all = vec![candidate(&[], 0.0, left * left), candidate(&[COULOMB], 1.0, 1.0)];
+            found(all, 1).suffices(0, &Score::even(1e8), true)
+        };
+        assert!(is_enough(1.2) && !is_enough(1.3));
+    }
+
     /// A wave whose first harmonic is uncertain is borne out by its second one.
     #[test]
     fn exact_one_certain_amplitude_bears_out_a_wave() {

@@ -43,7 +43,7 @@ pub struct Before {
 /// Why an explanation is not identified by the training runs.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Unidentified {
-    /// An effect is not significant: the 95 % region of its numbers holds the twin's own.
+    /// An effect is not significant: the 95 % intervals of its numbers hold the twin's own.
     NotSignificant {
         /// Effect id.
         effect: &'static str,
@@ -124,7 +124,7 @@ impl Grounds<'_> {
         let why = match *self.unidentified? {
             Unidentified::NotSignificant { effect } => {
                 format!(
-                    "{effect} is not significant in the training runs (the 95 % region of its numbers holds the twin's own)"
+                    "{effect} is not significant in the training runs (the 95 % intervals of its numbers hold the twin's own)"
                 )
             }
             Unidentified::AtBound { effect, number, value, unit } => {

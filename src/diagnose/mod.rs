@@ -296,7 +296,7 @@ impl<'a> Ready<'a> {
     ) -> Result<Diagnosis> {
         let runs = (&self.training, &self.held_out, &self.before);
         let is_comparison = self.known.reference.is_some();
-        let folds = standard_errors::widen(&mut found, self.machine, runs, &self.floors, is_comparison)?;
+        let folds = standard_errors::tell(&mut found, self.machine, runs, &self.floors, is_comparison)?;
         let floor = self.floor_of(&found.candidates[found.chosen]);
         let floors = [&self.floors.common, floor];
         let predicted = folds.predicted_closed(self.machine, &self.training, floors)?;

@@ -22,6 +22,13 @@ pub(super) fn is_significant(fit: &Fit, effect: EffectId) -> bool {
 }
 
 impl Found {
+    /// Whether calibration alone leaves noise, and none of the effects of the chosen explanation is significant.
+    pub(super) fn has_nothing_to_name(&self) -> bool {
+        let fit = &self.candidates[self.chosen].fit;
+        let none_is_significant = self.effects().iter().all(|&effect| lacks_significance(fit, effect));
+        self.chosen != 0 && none_is_significant && self.predicts_to_noise(0)
+    }
+
     /// Why no verdict rests on the chosen explanation, with the intervals that the report states.
     pub(super) fn unidentified(&self) -> Option<Unidentified> {
         let chosen = &self.candidates[self.chosen];
@@ -33,23 +40,19 @@ impl Found {
     /// are left out: sine and cosine far from the zero of position hang on the period, and each is uncertain by itself where both together are not.
     fn not_significant(&self) -> Option<Unidentified> {
         let fit = &self.candidates[self.chosen].fit;
+        // A set that was not fitted, or roughly alone, may leave less than is known: it forbids nothing.
         let leaves_little = |effect: EffectId| {
             let rest: EffectSet = self.effects().iter().copied().filter(|other| *other != effect).collect();
             self.index(&rest).is_some_and(|k| self.left(k) <= self.limits.small_gap.powi(2))
         };
         let mut effects = self.effects().iter().copied();
-        let open = effects.find(|&effect| is_open(fit, effect) && leaves_little(effect));
+        let open = effects.find(|&effect| lacks_significance(fit, effect) && leaves_little(effect));
         open.map(|effect| Unidentified::NotSignificant { effect: effect.name() })
     }
 }
 
-/// Whether a fit has effects, and none of them is significant.
-pub(super) fn none_is_significant(fit: &Fit) -> bool {
-    let effects = &fit.hypothesis.effects;
-    !effects.is_empty() && effects.iter().all(|&effect| is_open(fit, effect))
-}
-
-fn is_open(fit: &Fit, effect: EffectId) -> bool {
+/// Whether an effect that is no wave is not significant.
+fn lacks_significance(fit: &Fit, effect: EffectId) -> bool {
     let mut free = fit.hypothesis.free.iter();
     let is_wave = free.any(|free| free.effect == effect && free.name.starts_with("sine"));
     !is_wave && !is_significant(fit, effect)
@@ -73,14 +76,16 @@ mod tests {
         assert_eq!(told(0.52, "n", 2.9), Some(Unidentified::NotSignificant { effect }));
     }
 
-    /// Of two effects one is, of one none; what has no effect has none that is not.
+    /// Of two effects none is significant, or one is. Where calibration leaves 1.3 × noise something is left to explain.
     #[test]
-    fn exact_none_is_significant_where_every_interval_leaves_it_open() {
-        let none = |effects: &[EffectId], errors: &[f64]| {
-            let fit = Fit { standard_errors: errors.to_vec(), ..candidate(effects, 1.0, 1.0).fit };
-            none_is_significant(&fit)
+    fn exact_nothing_is_named_where_calibration_leaves_noise_and_no_effect_is_significant() {
+        let is_so = |errors: [f64; 2], left: f64| {
+            let mut both = candidate(&[COULOMB, BACKLASH], 1.0, 1.0);
+            both.fit.standard_errors = errors.to_vec();
+            let all = vec![candidate(&[], 0.0, left * left), both];
+            [0, 1].map(|chosen| found(all.clone(), chosen).has_nothing_to_name())
         };
-        let both = [COULOMB, BACKLASH];
-        assert!(none(&both, &[0.6, 0.6]) && !none(&both, &[0.6, 0.5]) && !none(&[], &[]));
+        assert_eq!(is_so([0.6, 0.6], 1.2), [false, true]);
+        assert_eq!([is_so([0.6, 0.5], 1.2), is_so([0.6, 0.6], 1.3)], [[false; 2]; 2]);
     }
 }

@@ -6,21 +6,19 @@ use super::floors::Floors;
 use super::folds::Folds;
 use super::found::Found;
 use super::other_minima;
-use super::significance::none_is_significant;
 use super::uncertainty::Uncertainty;
 use crate::error::Result;
 use crate::machine::Machine;
 
 /// Widens the standard errors of the chosen fit; see [`Uncertainty::of`], [`Uncertainty::beside_modal_masses`], which `is_comparison` leaves out (one base, before and
-/// after), and [`other_minima::covariance`]. Returns the fits without each training run. Where by these none of its effects is significant and calibration alone leaves noise, the
-/// calibrated twin takes its place: there is nothing to name.
+/// after), and [`other_minima::covariance`]. Returns the fits without each training run.
 ///
 /// # Errors
 /// Whatever a replay refuses.
-pub(super) fn widen(
+fn widen(
     found: &mut Found,
     machine: &Machine,
-    (training, held_out, before): (&Training, &HeldOut, &Score),
+    (training, held_out): (&Training, &HeldOut),
     floors: &Floors,
     is_comparison: bool,
 ) -> Result<Folds> {
@@ -37,9 +35,26 @@ pub(super) fn widen(
     (fit.standard_errors, fit.covariance) = (wide.standard_errors, wide.covariance);
     let added = other_minima::covariance(found, machine, (training, held_out), floor)?;
     added.iter().for_each(|covariance| found.candidates[chosen].fit.widen(covariance));
-    if none_is_significant(&found.candidates[chosen].fit) && found.predicts_to_noise(0) {
-        found.settle(before);
-        return widen(found, machine, (training, held_out, before), floors, is_comparison);
-    }
     Ok(folds)
+}
+
+/// Takes the explanation that is told in the end, with its widened standard errors ([`widen`]): the calibrated twin where by these there is nothing to name beside it
+/// ([`Found::has_nothing_to_name`]), and else the chosen one. Returns the fits without each training run.
+///
+/// # Errors
+/// Whatever a replay refuses.
+pub(super) fn tell(
+    found: &mut Found,
+    machine: &Machine,
+    (training, held_out, before): (&Training, &HeldOut, &Score),
+    floors: &Floors,
+    is_comparison: bool,
+) -> Result<Folds> {
+    let runs = (training, held_out);
+    let folds = widen(found, machine, runs, floors, is_comparison)?;
+    if !found.has_nothing_to_name() {
+        return Ok(folds);
+    }
+    found.settle(before);
+    widen(found, machine, runs, floors, is_comparison)
 }

@@ -8,8 +8,8 @@ use slideway::recording::Role;
 use std::path::Path;
 use std::sync::Mutex;
 
-/// An axis that sticks for seconds after each stroke hunts less than its twin without friction. By the floors of that twin friction leaves more than
-/// noise, and effects would be looked for beside it that are not there; by its own it leaves noise, and nothing is.
+/// On an axis that sticks for seconds after each stroke noise makes more of the position than on its twin without friction. By the floors of that twin friction leaves
+/// more than noise, and effects would be looked for beside it that are not there; by its own it leaves noise, and nothing is.
 #[test]
 fn exact_a_first_effect_is_judged_by_its_own_noise_before_others_are_looked_for_beside_it() {
     let stated = Machine::read(&Path::new(env!("CARGO_MANIFEST_DIR")).join("models/grinder")).unwrap();
