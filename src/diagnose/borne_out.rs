@@ -2,12 +2,15 @@
 
 use super::amplitude::amplitudes;
 use super::evidence::Score;
+use super::experiment::Experiment;
 use super::found::Found;
+use super::free::Free;
 use super::hypothesis::EffectSet;
 use super::posterior::posterior;
 use super::selection::Search;
 use super::significance::is_significant;
 use super::uncertainty::Uncertainty;
+use super::wald::amplitude_shows;
 use crate::effect::EffectId;
 use crate::error::Result;
 
@@ -17,13 +20,15 @@ impl Search<'_> {
     /// # Model
     /// Residuals of one fit do not tell what a law that is only nearly right puts into a small effect: it takes up what other laws leave,
     /// and another share of it in each run. An effect is borne out where an interval of its numbers, as the report states it
-    /// ([`Uncertainty`]), leaves out the twin's own value; of a wave, that of its amplitude. An effect without which
+    /// ([`Uncertainty`]), leaves out the twin's own value; a wave, where an amplitude is beyond what the largest of all frequencies is by chance. An effect without which
     /// more is left than may stay open is proven by what it closes, and stays. So is one without which unseen runs are not predicted to their noise
     /// any more: an explanation that leaves noise leaves nothing of other laws to be taken up. Where calibration alone leaves noise, all of them may go.
     ///
     /// # Errors
     /// Whatever a replay refuses.
     pub(super) fn keep_what_is_borne_out(&self, found: &mut Found, before: &Score) -> Result<()> {
+        let samples: usize = self.training.runs().iter().map(Experiment::samples).sum();
+        let frequencies = samples as f64 / 2.0;
         while !found.effects().is_empty() {
             let fit = &found.candidates[found.chosen].fit;
             if !found.uncertainties.contains_key(&found.chosen) {
@@ -31,7 +36,7 @@ impl Search<'_> {
                 found.uncertainties.insert(found.chosen, uncertainty);
             }
             let uncertainty = &found.uncertainties[&found.chosen];
-            let is_open = |effect: &EffectId| !is_borne_out(uncertainty, *effect);
+            let is_open = |effect: &EffectId| !is_borne_out(uncertainty, *effect, frequencies);
             let open: Vec<EffectId> = found.effects().iter().copied().filter(is_open).collect();
             // Two may stand for one another, so that neither is superfluous beside the other: all of them go, or one.
             let one = open.iter().map(|effect| self.without(found.effects(), [*effect]));
@@ -71,12 +76,15 @@ impl Found {
     }
 }
 
-/// Whether the interval of one of an effect's numbers leaves out the twin's own value; of waves, that of one amplitude: the first wave of
-/// half a pitch cannot be told from the second one of the whole pitch, and its own second one is certain nevertheless.
-fn is_borne_out(Uncertainty { fit, folds }: &Uncertainty, effect: EffectId) -> bool {
+/// Whether the interval of one of an effect's numbers leaves out the twin's own value; of waves, whether one amplitude is beyond chance, among so many
+/// `frequencies` where their period was searched: the first wave of half a pitch cannot be told from the second one of the whole pitch, and its own second one is certain
+/// nevertheless.
+fn is_borne_out(Uncertainty { fit, folds }: &Uncertainty, effect: EffectId, frequencies: f64) -> bool {
     let waves = amplitudes(fit, folds, effect);
     if !waves.is_empty() {
-        return waves.values().any(|amplitude| amplitude.ci95[0] > amplitude.twin);
+        let is_searched = |free: &Free| free.effect == effect && free.is_line() && free.neutral.is_nan();
+        let trials = if fit.hypothesis.free.iter().any(is_searched) { frequencies } else { 1.0 };
+        return waves.values().any(|amplitude| amplitude_shows(amplitude, trials));
     }
     is_significant(fit, effect)
 }
@@ -87,7 +95,6 @@ mod tests {
     use crate::diagnose::candidate::Candidate;
     use crate::diagnose::folds::Folds;
     use crate::diagnose::found::tests::{COULOMB, candidate, found};
-    use crate::diagnose::free::Free;
     use nalgebra::{DMatrix, DVector};
 
     /// A size of 1 ± 0.1 is borne out by runs that agree on it, and not by runs of which each says another one.
@@ -98,7 +105,7 @@ mod tests {
             let fits = values.iter().map(|value| candidate(&[COULOMB], *value, 1.0).fit).collect();
             let folds = Folds { fits };
             fit.standard_errors = folds.widened(&fit);
-            is_borne_out(&Uncertainty { fit, folds }, COULOMB)
+            is_borne_out(&Uncertainty { fit, folds }, COULOMB, 1e4)
         };
         assert!(is_borne_out(&[0.9, 1.0, 1.1]) && !is_borne_out(&[0.2, 1.0, 1.8]));
         // Two runs have no scatter to speak of: the interval of the fit holds.
@@ -145,8 +152,26 @@ mod tests {
             fit.values = vec![1.0, 0.0, 1.0, 0.0];
             let [first, second] = errors.map(|error: f64| error * error);
             fit.covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![first, first, second, second]));
-            is_borne_out(&Uncertainty { fit, folds: Folds { fits: vec![] } }, effect)
+            is_borne_out(&Uncertainty { fit, folds: Folds { fits: vec![] } }, effect, 1e4)
         };
         assert!(wave([0.1, 2.0]) && wave([2.0, 0.1]) && !wave([2.0, 2.0]));
+    }
+
+    /// An amplitude of which 3.3 standard errors are beyond chance where the period is known is what the largest of 10⁴ frequencies is by chance; ten of them are not.
+    #[test]
+    fn exact_a_wave_whose_period_was_searched_has_to_beat_all_of_them() {
+        let effect = EffectId::Cogging;
+        let wave = |error: f64, period: f64| {
+            let mut fit = candidate(&[effect], 1.0, 1.0).fit;
+            let number = fit.hypothesis.free[0].clone();
+            let named = |name, neutral| Free { name, neutral, ..number.clone() };
+            fit.hypothesis.free =
+                vec![named("period_m", period), named("sine_n", 0.0), named("cosine_n", 0.0)];
+            fit.values = vec![0.03, 1.0, 0.0];
+            let variance = error * error;
+            fit.covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![1e-12, variance, variance]));
+            is_borne_out(&Uncertainty { fit, folds: Folds { fits: vec![] } }, effect, 1e4)
+        };
+        assert!(wave(0.3, 0.03) && !wave(0.3, f64::NAN) && wave(0.1, f64::NAN));
     }
 }

@@ -1,6 +1,7 @@
 //! Wald's test: whether an effect's parameters differ from the twin's beyond chance.
 
 use super::free::Free;
+use super::parameter::{NORMAL_975, Parameter};
 use super::thresholds::SIGNIFICANCE;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -30,9 +31,7 @@ pub(super) fn shows(
         numbers.retain(|&k| !free[k].held);
     }
     numbers.retain(has_neutral);
-    let exceeds = |wald: f64, count: usize| {
-        ChiSquared::new(count as f64).is_ok_and(|chi| chi.sf(wald) * trials < SIGNIFICANCE)
-    };
+    let exceeds = |wald: f64, count: usize| exceeds(wald, count, trials);
     let away = |k: usize| (values[k] - free[k].neutral) / free[k].scale;
     let beyond = |k: &usize| {
         let (away, variance) = (away(*k), covariance[(*k, *k)].max(0.0));
@@ -45,6 +44,18 @@ pub(super) fn shows(
     let part = DMatrix::from_fn(count, count, |i, j| covariance[(numbers[i], numbers[j])]);
     let deviation = DVector::from_fn(count, |i, _| away(numbers[i]));
     part.cholesky().is_some_and(|factor| exceeds(deviation.dot(&factor.solve(&deviation)), count))
+}
+
+/// Whether one of the amplitudes of a wave, sine and cosine of a period that was searched among so many `frequencies`, differs from the twin's beyond chance by its stated
+/// interval; see [`shows`].
+pub(super) fn amplitude_shows(Parameter { value, ci95, twin, .. }: &Parameter, frequencies: f64) -> bool {
+    let error = (ci95[1] - value) / NORMAL_975;
+    exceeds(((value - twin) / error).powi(2), 2, frequencies.max(1.0))
+}
+
+/// Whether χ² of so many numbers is beyond chance, where it is the largest of so many trials.
+fn exceeds(wald: f64, count: usize, trials: f64) -> bool {
+    ChiSquared::new(count as f64).is_ok_and(|chi| chi.sf(wald) * trials < SIGNIFICANCE)
 }
 
 #[cfg(test)]
@@ -93,5 +104,18 @@ mod tests {
         let vague = DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 0.0]));
         assert!(!shows(all(&held), &held, &[3.0, 1.0], &vague, 1e4));
         assert!(shows(all(&held[1..]), &held[1..], &[1.0], &DMatrix::from_element(1, 1, 0.0), 1e4));
+    }
+
+    /// One amplitude shows beyond 2.45 standard errors, √(2·ln(1/0.05)), and the largest of 10⁴ frequencies beyond 4.94.
+    #[test]
+    fn exact_the_largest_amplitude_of_many_frequencies_is_chance() {
+        let shows = |value: f64, frequencies: f64| {
+            let ci95 = [value - NORMAL_975, value + NORMAL_975];
+            let amplitude = Parameter { value, ci95, unit: "N".into(), twin: 0.0 };
+            amplitude_shows(&amplitude, frequencies)
+        };
+        assert!(!shows(2.4, 1.0) && shows(2.5, 1.0));
+        // sf = exp(−W/2) of two numbers: W = 2·ln(10⁴/0.05) = 24.4.
+        assert!(!shows(4.9, 1e4) && shows(5.0, 1e4));
     }
 }
