@@ -29,6 +29,7 @@ impl StepForce {
 
     /// The force with these values at the two [`GAUSS`] points of the step (Gauss and Legendre's rule): exact in mean and
     /// first moment for a cubic run.
+    #[inline(always)]
     pub fn at_gauss(first: f64, second: f64) -> Self {
         Self { mean: 0.5 * (first + second), rise: 3.0_f64.sqrt() * (second - first) }
     }
@@ -130,6 +131,7 @@ impl Coast {
 
     /// Displacement until a share of a step of `step_s`, without friction: that of the parabola with the same velocities at
     /// its ends.
+    #[inline(always)]
     pub fn free_travel_until(&self, share: f64, step_s: f64) -> f64 {
         let change = self.free_velocity - self.velocity;
         share * (self.free_travel - 0.5 * (1.0 - share) * change * step_s)
@@ -137,6 +139,7 @@ impl Coast {
 
     /// A force of position over the step, which begins at `position`, taken at the [`GAUSS`] points of the way as it would
     /// be without friction.
+    #[inline(always)]
     pub fn force_over(&self, position: f64, step_s: f64, force: impl Fn(f64) -> f64) -> StepForce {
         let at = |share: f64| force(position + self.free_travel_until(share, step_s));
         StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))

@@ -39,7 +39,7 @@ use super::step::{Coast, StepForce};
 /// let pushed = Coast::of_mass(1.0, 0.0, 1e-3).under(StepForce::held(5.0));
 /// assert!(near(friction(pushed, 1e-3, coulomb).mean, -5.0));
 /// ```
-#[inline]
+#[inline(always)]
 pub fn friction(coast: Coast, step_s: f64, resistance: impl Fn(f64, f64) -> f64) -> StepForce {
     let Coast { velocity, free_velocity, response, .. } = coast;
     let mobility = response.mobility;
@@ -74,6 +74,7 @@ struct Stop {
 }
 
 /// The stop of an axis that friction of this level brakes.
+#[inline(always)]
 fn stop(coast: Coast, step_s: f64, braking: f64) -> Stop {
     let direction = coast.velocity.signum();
     let (speed, mobility) = (coast.velocity.abs(), coast.response.mobility);
@@ -100,17 +101,19 @@ impl Push {
         Self { begin: force.mean - 0.5 * force.rise, end: force.mean + 0.5 * force.rise }
     }
 
+    #[inline(always)]
     fn change(self) -> f64 {
         self.end - self.begin
     }
 
+    #[inline(always)]
     fn at(self, share: f64) -> f64 {
         self.begin + share * self.change()
     }
 }
 
 /// The answer for an axis that rests from a share of the step on, until it breaks away.
-#[inline]
+#[inline(always)]
 fn from_rest(coast: Coast, step_s: f64, stop: Stop, resistance: impl Fn(f64, f64) -> f64) -> StepForce {
     let push = Push::of(coast.push(step_s));
     let Some((share, direction)) = breakaway(push, stop.share, &resistance) else {
@@ -129,7 +132,7 @@ fn from_rest(coast: Coast, step_s: f64, stop: Stop, resistance: impl Fn(f64, f64
 }
 
 /// The share of the step, from `share` on, at which the push leaves what holds the axis, and its direction there.
-#[inline]
+#[inline(always)]
 fn breakaway(push: Push, share: f64, resistance: &impl Fn(f64, f64) -> f64) -> Option<(f64, f64)> {
     let now = push.at(share);
     let leaves = |force: f64| force.abs() > resistance(force.signum(), 0.0);
@@ -146,7 +149,7 @@ fn breakaway(push: Push, share: f64, resistance: &impl Fn(f64, f64) -> f64) -> O
 
 /// Speed at the end of a step that keeps its direction, negative when it would not, and the mean resistance; `sag` is what
 /// the speed in the middle of the step lacks to the mean of those at its ends, since the push rises.
-#[inline]
+#[inline(always)]
 fn slide(
     free_speed: f64,
     speed: f64,

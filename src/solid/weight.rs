@@ -41,7 +41,7 @@ pub struct Weight {
 const SMALL_RAD: f64 = 0.1;
 
 /// Sine and cosine of an angle that is mostly small: that of one step.
-#[inline]
+#[inline(always)]
 fn near_zero(angle: f64) -> (f64, f64) {
     if angle.abs() > SMALL_RAD {
         return angle.sin_cos();
@@ -94,7 +94,7 @@ impl Weight {
     }
 
     /// The effort near a position, by the displacement from there.
-    #[inline]
+    #[inline(always)]
     pub fn near(&self, position: f64) -> impl Fn(f64) -> f64 + Copy {
         let (sine, cosine) = position.sin_cos();
         let here = self.by_cosine * cosine + self.by_sine * sine;

@@ -91,6 +91,7 @@ impl Batch {
     /// One control period of every twin: `command` tells each what reaches it, `each` gets the samples, twin by twin.
     ///
     /// Controllers of a batch follow one reference: the first twin's. All of them are enabled, throughout.
+    #[inline(always)]
     pub fn step(&mut self, command: impl Fn(usize) -> Command, mut each: impl FnMut(usize, Sample)) {
         let (now, earlier) = self.sample(&command, &mut each);
         for step in 0..self.paths[0].steps() {
@@ -99,6 +100,7 @@ impl Batch {
     }
 
     /// One sample of every twin; the voltages applied until the next, the new ones and those of before.
+    #[inline(always)]
     fn sample(
         &mut self,
         command: &impl Fn(usize) -> Command,
@@ -119,6 +121,7 @@ impl Batch {
     }
 
     /// One step of the plants.
+    #[inline(always)]
     fn travel(&mut self, step: usize, thrust: impl Fn(usize) -> Option<f64>, now: &Lane, earlier: &Lane) {
         let (mut held, mut difference) = ([0.0; LANES], [0.0; LANES]);
         for (lane, path) in self.paths.iter().enumerate() {

@@ -212,7 +212,7 @@ impl Laws {
     /// # Validity
     /// Friction that changes by ΔF over the step moves that way by up to h²·ΔF/2m, and the weight by its slope times that: with m·ω² for the slope 2·10⁻⁵ of ΔF at ω = 7 rad/s and h = 1 ms.
     /// Without friction period and energy are exact to 10⁻⁹ (`cargo test --release --test plants gravity`).
-    #[inline(never)]
+    #[inline(always)]
     fn under_weight(
         &self,
         weight: &Weight,
@@ -231,7 +231,7 @@ impl Laws {
 
     /// Dry friction at the beginning of a step in N or N·m, positive in the joint's positive direction, without what depends on load, speed, place or time. Of an axis at
     /// rest it is what holds the push of the step, up to the level of friction at rest.
-    #[inline]
+    #[inline(always)]
     fn friction_at_first(&self, coast: Coast, step_s: f64, bristle_force: f64) -> f64 {
         let [positive, negative] = self.constant;
         match coast.velocity {
@@ -247,7 +247,7 @@ impl Laws {
     ///
     /// `levels` gives those of friction in proportion to a load, asked for only where there is such friction. A level that depends on place or time is
     /// taken in the middle of the step.
-    #[inline]
+    #[inline(always)]
     pub fn friction(
         &self,
         coast: Coast,
@@ -329,19 +329,19 @@ impl Laws {
     }
 
     /// The motor's force per `force`, which would be in proportion to the current.
-    #[inline]
+    #[inline(always)]
     pub fn motor_factor(&self, position: f64, force: f64) -> f64 {
         motor_factor(&self.changes, position, force)
     }
 
     /// Stops between which the drive train holds the load while the motor's end stands at `motor`.
-    #[inline]
+    #[inline(always)]
     fn stops(&self, motor: f64) -> [f64; 2] {
         self.transmissions.iter().fold([motor; 2], |stops, effect| effect.stops(stops))
     }
 
     /// The load's position behind the drive train, from that before and the motor's travel since then.
-    #[inline]
+    #[inline(always)]
     pub fn transmit(&self, motor: f64, before: f64, travel: f64) -> f64 {
         let [rear, front] = self.stops(motor);
         let before = before + self.carried * travel;
@@ -355,7 +355,7 @@ impl Laws {
         0.5 * (rear + front) - 0.5 * self.initial_share * (front - rear).max(0.0)
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn read(&self, position: f64) -> f64 {
         self.readings.iter().fold(position, |reading, effect| effect.read(reading))
     }
@@ -370,7 +370,7 @@ impl Laws {
 }
 
 /// The number of a direction, from those of the positive and of the negative one.
-#[inline]
+#[inline(always)]
 fn of_direction([positive, negative]: [f64; 2], direction: f64) -> f64 {
     if direction > 0.0 { positive } else { negative }
 }

@@ -174,6 +174,7 @@ impl<P: Plant> Twin<P> {
     }
 
     /// One control period: senses, controls, records, then lets the axis move until the next sample.
+    #[inline(always)]
     pub fn step(&mut self, command: Command) -> Sample {
         let command = command.with_bridge_open();
         if !command.is_enabled {

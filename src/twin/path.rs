@@ -340,7 +340,7 @@ impl Path {
     }
 
     /// What drives a step of the period; `thrust` takes the motor's place.
-    #[inline]
+    #[inline(always)]
     pub fn drive(&self, step: usize, [now_v, earlier_v]: [f64; 2], thrust: Option<f64>) -> Drive {
         match thrust {
             Some(thrust) => {
@@ -352,7 +352,7 @@ impl Path {
     }
 
     /// What acts at the motor beside its own force, and what acts at the guide, over the step that was looked at.
-    #[inline]
+    #[inline(always)]
     pub fn forces(
         &mut self,
         drive: Drive,
@@ -365,7 +365,7 @@ impl Path {
     }
 
     /// What acts over the step that was looked at, and the dry friction, that of bristles still to be found.
-    #[inline]
+    #[inline(always)]
     pub fn act(
         &mut self,
         drive: Drive,
@@ -396,7 +396,7 @@ impl Path {
     }
 
     /// The forces of [`forces`](Self::forces), once the friction is found and the bristles' force at the end.
-    #[inline]
+    #[inline(always)]
     pub fn end(&mut self, acting: &Acting, (friction, bristle_force): (StepForce, f64)) -> [StepForce; 2] {
         let guide = acting.push + friction;
         self.moving.bristle = bristle_force;
@@ -405,11 +405,12 @@ impl Path {
     }
 
     /// Force in the bristles, N or N·m.
+    #[inline(always)]
     pub fn bristle_force(&self) -> f64 {
         self.moving.bristle
     }
 
-    #[inline]
+    #[inline(always)]
     fn sense(&mut self, motor: f64) -> Reading {
         let load = self.laws.transmit(motor, self.moving.load, motor - self.moving.motor);
         (self.moving.load, self.moving.motor) = (load, motor);
