@@ -10,7 +10,7 @@ use super::posterior::posterior;
 use super::selection::Search;
 use super::significance::is_significant;
 use super::uncertainty::Uncertainty;
-use super::wald::amplitude_shows;
+use super::wald::{amplitude_shows, independent_frequencies};
 use crate::effect::EffectId;
 use crate::error::Result;
 
@@ -27,8 +27,8 @@ impl Search<'_> {
     /// # Errors
     /// Whatever a replay refuses.
     pub(super) fn keep_what_is_borne_out(&self, found: &mut Found, before: &Score) -> Result<()> {
-        let samples: usize = self.training.runs().iter().map(Experiment::samples).sum();
-        let frequencies = samples as f64 / 2.0;
+        let samples = self.training.runs().iter().map(Experiment::samples).sum();
+        let frequencies = independent_frequencies(samples);
         while !found.effects().is_empty() {
             let fit = &found.candidates[found.chosen].fit;
             if !found.uncertainties.contains_key(&found.chosen) {
@@ -157,7 +157,7 @@ mod tests {
         assert!(wave([0.1, 2.0]) && wave([2.0, 0.1]) && !wave([2.0, 2.0]));
     }
 
-    /// An amplitude of which 3.3 standard errors are beyond chance where the period is known is what the largest of 10⁴ frequencies is by chance; ten of them are not.
+    /// An amplitude of 3.3 standard errors is significant where the period is known, and not where it is the largest of 10⁴ frequencies; one of ten standard errors is.
     #[test]
     fn exact_a_wave_whose_period_was_searched_has_to_beat_all_of_them() {
         let effect = EffectId::Cogging;

@@ -11,7 +11,7 @@ use super::noise::Floor;
 use super::objective::Objective;
 use super::parameter::NORMAL_975;
 use super::sandwich::{inverted, scatter};
-use super::wald::shows;
+use super::wald::{independent_frequencies, shows};
 use crate::effect::EffectId;
 use crate::error::Result;
 use crate::machine::Machine;
@@ -109,8 +109,8 @@ impl Fit {
         Ok((size < self.size).then_some(values))
     }
 
-    /// Whether it has a number that exists with its effect only (a period, a frequency, a place) which in the other fit is outside its own 95 % interval: these numbers
-    /// have many minima, and the other fit is in another one. The interval of the other one says nothing: beside what it lacks, it may be as wide as the range.
+    /// Whether the other fit has a number that exists with its effect only (a period, a frequency, a place) outside the 95 % interval which this fit gives it: these numbers
+    /// have many minima, and the other fit is in another one. The other fit's interval is not asked: where an effect is missing in it, that may be as wide as the number's range.
     pub fn is_elsewhere(&self, other: &Self) -> bool {
         let is_apart = |free: &Free| {
             let value = |of: &Self| of.hypothesis.value(&free.path, &of.values);
@@ -302,7 +302,7 @@ fn finish(objective: &Objective, arrived: Arrived, care: Care) -> Result<Fit> {
     // What does nothing here has neither interval nor effect; what only starts set has no interval either.
     let tells = |k: usize| free[k].held || normal[(k, k)] > 0.0;
     let effects = objective.hypothesis.effects.iter().copied();
-    let frequencies = objective.experiments.iter().map(|e| objective.rows(e)).sum::<usize>() as f64 / 2.0;
+    let frequencies = independent_frequencies(objective.experiments.iter().map(|e| objective.rows(e)).sum());
     let shows = |effect: &EffectId| {
         let own = |k: &usize| free[*k].effect == *effect && free[*k].freedom == Freedom::Cause && tells(*k);
         shows((0..free.len()).filter(own).collect(), free, &values, &covariance, frequencies)
@@ -352,7 +352,7 @@ mod tests {
         }
     }
 
-    /// A period is in another minimum where it is beyond the 95 % interval of the own one, ±1.96·3 mm, however vague it is itself; an amplitude never is.
+    /// A period is in another minimum where it is outside this fit's 95 % interval, ±1.96·3 mm, whatever its own interval (±196 mm here); an amplitude never is.
     #[test]
     fn exact_a_period_is_in_another_minimum_beyond_the_own_interval() {
         let apart = |mm: f64, neutral: f64| {

@@ -53,6 +53,11 @@ pub(super) fn amplitude_shows(Parameter { value, ci95, twin, .. }: &Parameter, f
     exceeds(((value - twin) / error).powi(2), 2, frequencies.max(1.0))
 }
 
+/// The number of independent frequencies that a record of so many samples has.
+pub(super) fn independent_frequencies(samples: usize) -> f64 {
+    samples as f64 / 2.0
+}
+
 /// Whether χ² of so many numbers is beyond chance, where it is the largest of so many trials.
 fn exceeds(wald: f64, count: usize, trials: f64) -> bool {
     ChiSquared::new(count as f64).is_ok_and(|chi| chi.sf(wald) * trials < SIGNIFICANCE)
