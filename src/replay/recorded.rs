@@ -180,18 +180,13 @@ impl Recorded {
         self.replay_first(machines, longest_step_s, usize::MAX)
     }
 
-    /// The same of the first `samples` alone where a replay can be cut off there: samples on a grid of their own, and those with an open bridge, are replayed to the end.
+    /// The same of the first `samples` alone where a replay can be cut off there: samples on a grid of their own are replayed to the end.
     pub fn replay_first(&self, machines: &[Machine], longest_step_s: f64, samples: usize) -> Vec<Traces> {
         let begun = self.begun();
         let axis = |machine: &Machine| Axis::within(&machine.constants(), longest_step_s);
         let twin = |machine: &Machine| begun.twin(machine, axis(machine), Sensing::Perfect);
         let (lead, commands) = (self.lead_commands(), self.sampled());
         let commands = if self.grid.is_some() { commands } else { &commands[..samples.min(commands.len())] };
-        if !lead.iter().chain(&self.commands).all(|command| command.is_enabled) {
-            // A batch has no open bridge.
-            let one = |m: &Machine| self.replay(m, axis(m), Sensing::Perfect);
-            return machines.iter().map(one).collect();
-        }
         let room = || Traces::with_capacity(commands.len());
         let mut traces: Vec<Traces> = machines.iter().map(|_| room()).collect();
         let mut led = vec![0; machines.len()];

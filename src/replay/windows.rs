@@ -147,11 +147,6 @@ impl Windowed {
     /// The same for several machines with perfect sensors, on the reduced axis in steps of at most `longest_step_s` and in one pass.
     pub fn replay_together(&self, machines: &[Machine], longest_step_s: f64) -> Vec<Traces> {
         let axis = |machine: &Machine| Axis::within(&machine.constants(), longest_step_s);
-        if self.input == Input::Effort && self.disabled().contains(&true) {
-            // A batch has no open bridge.
-            let one = |m: &Machine| self.replay(m, axis(m), Sensing::Perfect);
-            return machines.iter().map(one).collect();
-        }
         let drives: Vec<Drive> = machines.iter().map(|m| Drive::of(self, m, Sensing::Perfect)).collect();
         let begun = |faster: f64| {
             let twin = |m| self.twin(m, axis(m), Sensing::Perfect, faster);

@@ -1,7 +1,9 @@
 //! Weight of the moving body, as an effort along the joint.
 
 use super::{Joint, MassProperties};
+use crate::elementary::sin_cos_turns;
 use crate::units::Motion;
+use std::f64::consts::TAU;
 
 /// Standard gravity, downwards along −z of the base's frame, in m/s².
 pub const GRAVITY_M_PER_S2: f64 = 9.806_65;
@@ -37,8 +39,9 @@ pub struct Weight {
     by_sine: f64,
 }
 
-/// Angles up to which the series are exact to rounding.
+/// Angles up to which the series are exact to rounding: all of them, and that of three terms less.
 const SMALL_RAD: f64 = 0.1;
+const TINY_RAD: f64 = 5e-3;
 
 /// Sine and cosine of an angle that is mostly small: that of one step.
 #[inline(always)]
@@ -48,6 +51,10 @@ fn near_zero(angle: f64) -> (f64, f64) {
     }
     // Products in the place of divisions, each of which would wait for the one before.
     let square = angle * angle;
+    if angle.abs() < TINY_RAD {
+        let sine = angle * (1.0 + square * (-1.0 / 6.0 + square * (1.0 / 120.0)));
+        return (sine, 1.0 + square * (-0.5 + square * (1.0 / 24.0)));
+    }
     let sine = angle
         * (1.0
             + square
@@ -96,7 +103,7 @@ impl Weight {
     /// The effort near a position, by the displacement from there.
     #[inline(always)]
     pub fn near(&self, position: f64) -> impl Fn(f64) -> f64 + Copy {
-        let (sine, cosine) = position.sin_cos();
+        let [sine, cosine] = sin_cos_turns(position / TAU);
         let here = self.by_cosine * cosine + self.by_sine * sine;
         let slope = self.by_sine * cosine - self.by_cosine * sine;
         let constant = self.constant;

@@ -90,9 +90,15 @@ impl Batch {
 
     /// One control period of every twin: `command` tells each what reaches it, `each` gets the samples, twin by twin.
     ///
-    /// Controllers of a batch follow one reference: the first twin's. All of them are enabled, throughout.
+    /// Controllers of a batch follow one reference: the first twin's. The drive of all of them is enabled where the first one's is.
     #[inline(always)]
     pub fn step(&mut self, command: impl Fn(usize) -> Command, mut each: impl FnMut(usize, Sample)) {
+        let command = |lane: usize| command(lane).with_bridge_open();
+        let is_open = !command(0).is_enabled;
+        self.axes.set_forced(is_open || self.driven == Driven::ByForce);
+        if is_open {
+            self.axes.cut_currents();
+        }
         let (now, earlier) = self.sample(&command, &mut each);
         for step in 0..self.paths[0].steps() {
             self.travel(step, |lane| command(lane).thrust, &now, &earlier);
@@ -133,7 +139,6 @@ impl Batch {
                 Drive::Voltage { earlier_v, now_v, .. } => (now_v, earlier_v - now_v),
             };
         }
-        debug_assert_eq!(self.driven == Driven::ByForce, thrust(0).is_some());
         let found = match &self.friction {
             Some(friction) => match self.axes.travel(&held, &difference, friction) {
                 None => return,

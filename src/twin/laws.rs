@@ -47,8 +47,8 @@ pub(super) struct Laws {
     readings: Vec<Effect>,
     /// Weight along the joint, where there is any and the plant does not have it in itself.
     weight: Option<Weight>,
-    /// R/L of the winding in 1/s; 0 where there is none.
-    winding_rate_per_s: f64,
+    /// Share of its change over a step that the motor's force has made at the [`GAUSS`] points of the step.
+    changed: [f64; 2],
     loaded: Option<LoadFriction>,
 }
 
@@ -84,8 +84,8 @@ pub struct InitialForces {
 }
 
 impl Laws {
-    /// The machine's laws; those that a plant which `carries_weight` does not need left out.
-    pub fn of(machine: &Machine, carries_weight: bool) -> Self {
+    /// The machine's laws over steps of `step_s`; those that a plant which `carries_weight` does not need left out.
+    pub fn of(machine: &Machine, carries_weight: bool, step_s: f64) -> Self {
         let acting = machine.effects();
         let through = |door| acting.iter().filter(|e| e.acts_through(door)).cloned().collect::<Vec<_>>();
         let constants = machine.constants();
@@ -101,9 +101,11 @@ impl Laws {
             carried: acting.iter().map(Effect::carried).fold(0.0, f64::max),
             initial_share: acting.iter().map(Effect::initial_share).sum(),
             readings: through(Door::Reading),
-            winding_rate_per_s: match constants.circuit {
-                Circuit::Winding { resistance_ohm, inductance_h, .. } => resistance_ohm / inductance_h,
-                Circuit::Direct { .. } => 0.0,
+            changed: match constants.circuit {
+                Circuit::Winding { resistance_ohm, inductance_h, .. } => {
+                    GAUSS.map(|share| current_changed(share, resistance_ohm / inductance_h * step_s))
+                }
+                Circuit::Direct { .. } => GAUSS,
             },
             weight: machine.weight().filter(|_| !carries_weight),
             loaded: LoadFriction::of(machine),
@@ -156,19 +158,11 @@ impl Laws {
     #[inline(never)]
     fn some_motor_change(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
         let [begin_n, end_n] = coast.motor_force;
-        let decays = self.winding_rate_per_s * step_s;
-        let bend = 0.5 * decays;
-        let at = |share: f64| {
-            // Under a held voltage the current falls exponentially: to second order in R·h/L this share of its change.
-            let changed = if decays < FEW_DECAYS {
-                share * (1.0 + bend * (1.0 - share))
-            } else {
-                (-decays * share).exp_m1() / (-decays).exp_m1()
-            };
+        let at = |share: f64, changed: f64| {
             let motor_n = begin_n + changed * (end_n - begin_n);
             motor_n * (self.motor_factor(position + coast.free_travel_until(share, step_s), motor_n) - 1.0)
         };
-        StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
+        StepForce::at_gauss(at(GAUSS[0], self.changed[0]), at(GAUSS[1], self.changed[1]))
     }
 
     #[inline(never)]
@@ -369,6 +363,16 @@ impl Laws {
     }
 }
 
+/// Share of its change that a current has made after a share of a step of so many time constants of the winding, under a held voltage.
+fn current_changed(share: f64, decays: f64) -> f64 {
+    if decays < FEW_DECAYS {
+        // To second order: for no resistance, too.
+        share * (1.0 + 0.5 * decays * (1.0 - share))
+    } else {
+        (-decays * share).exp_m1() / (-decays).exp_m1()
+    }
+}
+
 /// The number of a direction, from those of the positive and of the negative one.
 #[inline(always)]
 fn of_direction([positive, negative]: [f64; 2], direction: f64) -> f64 {
@@ -378,7 +382,7 @@ fn of_direction([positive, negative]: [f64; 2], direction: f64) -> f64 {
 /// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown` from the
 /// beginning of a run on.
 pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
-    let laws = Laws::of(machine, true);
+    let laws = Laws::of(machine, true, machine.constants().sample_period_s);
     let place = |&reading: &f64| {
         if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
     };

@@ -108,6 +108,36 @@ fn exact_a_batch_driven_by_effort_or_force_is_its_twins() {
     assert_same(&around(&stated), Driven::ByForce, &forces, "force");
 }
 
+/// The bridge opens twice while the axis moves; it coasts, and the controllers begin anew.
+#[test]
+fn exact_a_batch_whose_bridge_opens_is_its_twins() {
+    let stated = machine("grinder");
+    let mut opened = commands(&stated, 0.03, 0.2667);
+    for (k, command) in opened.iter_mut().enumerate() {
+        command.is_enabled = !(150..190).contains(&k) && !(300..420).contains(&k);
+        command.feedforward_v = 0.3;
+    }
+    let bristles = [
+        ("effect.coulomb_friction.force_n", 12.0),
+        ("effect.presliding.stiffness_n_per_m", 2e6),
+        ("effect.presliding.damping_n_s_per_m", 600.0),
+    ];
+    for law in [&[][..], &bristles[..1], &bristles] {
+        let machines = around(&with(&stated, law));
+        let what = format!("open bridge, {} numbers of friction", law.len());
+        assert_same(&machines, Driven::ByControllers, &opened, &what);
+        let wave = |k: usize| Some(2.0 * (k as f64 * 0.01).sin());
+        let efforts: Vec<Command> =
+            opened.iter().enumerate().map(|(k, c)| Command { effort_v: wave(k), ..*c }).collect();
+        assert_same(&machines, Driven::ByEffort, &efforts, &what);
+    }
+    let direct = machine("emps");
+    let machines = [150.0, 200.0, 250.0].map(|c| with(&direct, &[("guide.viscous_n_s_per_m", c)]));
+    let mut opened = commands(&direct, 0.1, 0.1);
+    opened[200..700].iter_mut().for_each(|command| command.is_enabled = false);
+    assert_same(&machines, Driven::ByControllers, &opened, "open bridge of a direct motor");
+}
+
 /// A direct motor, four steps a period, velocity by taps.
 #[test]
 fn exact_a_batch_of_another_machine_is_its_twins() {

@@ -43,24 +43,20 @@ impl Lanes {
     ///
     /// # Errors
     /// The axes themselves: more than [`LANES`], none, or axes that differ in step, winding or number of modes.
-    pub fn pack(mut axes: Vec<Axis>, is_forced: bool) -> Result<Self, Vec<Axis>> {
+    pub fn pack(axes: Vec<Axis>, is_forced: bool) -> Result<Self, Vec<Axis>> {
         let same = |axis: &Axis| axis.layout() == axes[0].layout() && axis.step_s == axes[0].step_s;
         if axes.is_empty() || axes.len() > LANES || !axes.iter().all(same) {
             return Err(axes);
         }
-        for axis in &mut axes {
-            axis.set_forced(is_forced);
-        }
         let columns = axes[0].voltage() + 1;
         // The states but the position, the voltage, the displacement.
         let blocks = (columns + 1).div_ceil(LANE_ROWS);
-        let gathered = |width: usize, of: fn(&Matrices) -> &[Rows]| gather(&axes, blocks, width, of);
-        Ok(Self {
+        let mut lanes = Self {
             is_forced,
             columns,
-            transition: gathered(columns, |m| &m.transition),
-            by_mean: gathered(1, |m| &m.by_mean),
-            by_rise: gathered(1, |m| &m.by_rise),
+            transition: Vec::new(),
+            by_mean: Vec::new(),
+            by_rise: Vec::new(),
             by_earlier: vec![NO_LANE_ROWS; blocks],
             state: (0..blocks)
                 .map(|block| lane_rows(|r| across(&axes, |axis| at(&axis.state, block * LANE_ROWS + r))))
@@ -68,10 +64,38 @@ impl Lanes {
             ahead: vec![NO_LANE_ROWS; blocks],
             position: across(&axes, |axis| axis.position),
             drive: [0.0; LANES],
-            inverse: [0, 1, 2, 3].map(|k| across(&axes, |axis| axis.matrices().response.inverse()[k])),
+            inverse: [[0.0; LANES]; 4],
             arch: Arch::new(),
             axes,
-        })
+        };
+        lanes.gather_steps();
+        Ok(lanes)
+    }
+
+    /// From the coming step on a given force takes the motor's place in every axis, or the voltage drives them again.
+    pub fn set_forced(&mut self, is_forced: bool) {
+        if self.is_forced != is_forced {
+            self.is_forced = is_forced;
+            self.gather_steps();
+        }
+    }
+
+    /// Steps of the axes under what drives them, regrouped.
+    fn gather_steps(&mut self) {
+        let Self { axes, is_forced, columns, ahead, .. } = self;
+        axes.iter_mut().for_each(|axis| axis.set_forced(*is_forced));
+        let gathered = |width: usize, of: fn(&Matrices) -> &[Rows]| gather(axes, ahead.len(), width, of);
+        self.transition = gathered(*columns, |m| &m.transition);
+        self.by_mean = gathered(1, |m| &m.by_mean);
+        self.by_rise = gathered(1, |m| &m.by_rise);
+        self.inverse = [0, 1, 2, 3].map(|k| across(axes, |axis| axis.matrices().response.inverse()[k]));
+    }
+
+    /// No current flows in any winding.
+    pub fn cut_currents(&mut self) {
+        if self.axes[0].layout().has_winding {
+            self.state[0][Layout::CURRENT] = [0.0; LANES];
+        }
     }
 
     /// Number of axes.
@@ -163,18 +187,18 @@ impl Lanes {
         if switched {
             self.add(|lanes| &lanes.by_earlier, earlier);
         }
-        if self.is_forced {
+        if self.is_forced && drive.iter().any(|force| *force != 0.0) {
             self.add(|lanes| &lanes.by_mean, drive);
         }
     }
 
     /// Adds a column times a factor to what was looked ahead.
     fn add(&mut self, column: fn(&Self) -> &[LaneRows], factor: &Lane) {
-        let rows = self.ahead.iter().zip(column(self));
-        let sum = |(ahead, column): (&LaneRows, &LaneRows)| {
-            lane_rows(|r| std::array::from_fn(|k| ahead[r][k] + column[r][k] * factor[k]))
-        };
-        self.ahead = rows.map(sum).collect();
+        for block in 0..self.ahead.len() {
+            let (ahead, column) = (self.ahead[block], column(self)[block]);
+            self.ahead[block] =
+                lane_rows(|r| std::array::from_fn(|k| ahead[r][k] + column[r][k] * factor[k]));
+        }
     }
 
     /// Prepares steps in which an axis' voltage switches at this share of them.
