@@ -4,6 +4,7 @@ use super::check::{Finding, Severity};
 use super::cut::Cut;
 use super::cut::contradiction::Contradiction;
 use super::prove::RigidBody;
+use crate::units::engineering;
 use serde::{Deserialize, Serialize};
 
 /// What forbids the verdict that the evidence would give.
@@ -57,6 +58,17 @@ pub enum Unidentified {
         /// Where it ended, in `unit`.
         value: f64,
         /// Unit of the number.
+        unit: &'static str,
+    },
+    /// The period of a wave over place is not told: its 95 % interval reaches beyond the longest that a fit may look for.
+    PeriodOpen {
+        /// Effect id.
+        effect: &'static str,
+        /// Upper end of the interval, in `unit`.
+        up_to: f64,
+        /// The longest, in `unit`.
+        longest: f64,
+        /// Unit of the period.
         unit: &'static str,
     },
     /// Two effects are waves whose pitches are not told apart.
@@ -129,6 +141,13 @@ impl Grounds<'_> {
             }
             Unidentified::AtBound { effect, number, value, unit } => {
                 format!("{number} of {effect} is at the bound of where a fit may look ({value:.3e} {unit})")
+            }
+            Unidentified::PeriodOpen { effect, up_to, longest, unit } => {
+                let [up_to, longest] = [up_to, longest].map(|length| engineering(length, unit));
+                format!(
+                    "the period of {effect} is not told by these runs (its 95 % interval goes up to {up_to}, beyond the {longest} up to which it is looked for), and a force \
+                     that changes along the travel without repeating does the same"
+                )
             }
             Unidentified::Merged([one, other]) => {
                 format!(

@@ -33,7 +33,7 @@ impl Found {
     pub(super) fn unidentified(&self) -> Option<Unidentified> {
         let chosen = &self.candidates[self.chosen];
         let unidentified = chosen.unidentified().or_else(|| chosen.incomplete());
-        unidentified.or_else(|| self.not_significant())
+        unidentified.or_else(|| self.not_significant()).or_else(|| open_period(&self.candidates[self.chosen].fit))
     }
 
     /// An effect of the chosen explanation that is not significant, and without which no more than a small gap is left: neither its interval nor what it closes proves it. Waves
@@ -51,6 +51,20 @@ impl Found {
     }
 }
 
+/// A wave of the motor's force whose period is not told. With few periods on the travel, and no period for certain, its waves are a curve as any other: what changes along the travel
+/// without repeating is fitted as well.
+fn open_period(fit: &Fit) -> Option<Unidentified> {
+    let numbers = fit.hypothesis.free.iter().zip(fit.values.iter().zip(&fit.standard_errors));
+    let searched = numbers
+        .filter(|(free, _)| free.freedom == Freedom::Cause && free.is_period() && free.neutral.is_nan());
+    let mut open = searched.filter_map(|(free, (value, error))| {
+        let (up_to, longest) = (value + NORMAL_975 * error, free.range.1);
+        let found = Unidentified::PeriodOpen { effect: free.effect.name(), up_to, longest, unit: free.unit };
+        (!free.held && up_to > longest).then_some(found)
+    });
+    open.next()
+}
+
 /// Whether an effect that is no wave is not significant.
 fn lacks_significance(fit: &Fit, effect: EffectId) -> bool {
     let mut free = fit.hypothesis.free.iter();
@@ -62,6 +76,7 @@ fn lacks_significance(fit: &Fit, effect: EffectId) -> bool {
 mod tests {
     use super::*;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
+    use crate::diagnose::free::Free;
 
     /// A size of 1 with a standard error of 0.5 is significant, and one of 0.52 is not where the twin without it leaves 2.9 × noise; what closes 3.1 × noise is proven by that.
     #[test]
@@ -74,6 +89,19 @@ mod tests {
         assert_eq!([told(0.5, "n", 2.9), told(0.52, "n", 3.1), told(0.52, "sine_n", 2.9)], [None; 3]);
         let effect = COULOMB.name();
         assert_eq!(told(0.52, "n", 2.9), Some(Unidentified::NotSignificant { effect }));
+    }
+
+    /// A pitch of 0.7 ± 0.3 m is told where fits look up to 1.35 m, and 0.7 ± 0.34 m is not; a pitch that the twin states is.
+    #[test]
+    fn exact_a_period_whose_interval_goes_beyond_what_is_looked_for_is_open() {
+        let told = |error: f64, neutral: f64| {
+            let mut fit = candidate(&[EffectId::Cogging], 0.7, 1.0).fit;
+            fit.standard_errors = vec![error];
+            let number = fit.hypothesis.free[0].clone();
+            fit.hypothesis.free[0] = Free { name: "period_m", neutral, range: (0.0, 1.35), ..number };
+            open_period(&fit).is_none()
+        };
+        assert_eq!([told(0.3, f64::NAN), told(0.34, f64::NAN), told(0.34, 0.7)], [true, false, true]);
     }
 
     /// Of two effects none is significant, or one is. Where calibration leaves 1.3 × noise something is left to explain.

@@ -58,6 +58,10 @@ pub(crate) fn explained(error: Error, message: &str) -> Error {
 /// What a library calls the kinds of values, in the words of a file.
 fn in_words(message: String) -> String {
     let Some((found, expected)) = message.split_once(", expected ") else { return message };
+    if found == "invalid boolean" {
+        // What begins like true or false is read as that: most of the time it is a text.
+        return "a word without quotes, expected text in quotes, or true or false".to_owned();
+    }
     let whole = ["i64", "i32", "u64", "u32", "u16", "u8", "usize"];
     let is_table =
         |word: &str| ["internally tagged enum ", "struct ", "a map"].iter().any(|w| word.starts_with(w));

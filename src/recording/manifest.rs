@@ -35,6 +35,9 @@ pub(super) const KEYS: [&str; 7] =
 pub(super) const RUN_KEYS: [&str; 8] =
     ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
 
+/// Metadata of a run that have a meaning.
+const METADATA: [&str; 2] = ["begins_s", "feedforward"];
+
 /// One `[[run]]`.
 #[derive(Debug)]
 pub(super) struct RunEntry {
@@ -173,10 +176,11 @@ fn read_runs(document: &Document, data_folder: &Path, common: &ColumnMap) -> Res
 
 /// Refuses slips of keys, and keys that say nothing in a `[[run]]`.
 fn check_run_keys(document: &Document, base: &[Step; 2], table: &toml::Table) -> Result<()> {
+    let known: Vec<&str> = RUN_KEYS.into_iter().chain(METADATA).collect();
     for name in table.keys() {
-        let meant = RUN_KEYS.into_iter().find(|key| spelling::is_slip(name, key));
-        if meant.is_some() && !RUN_KEYS.contains(&name.as_str()) {
-            return Err(document.unknown_key(&[base[0], base[1], Step::Key(name)], name, &RUN_KEYS));
+        let is_slip = known.iter().any(|key| spelling::is_slip(name, key));
+        if is_slip && !known.contains(&name.as_str()) {
+            return Err(document.unknown_key(&[base[0], base[1], Step::Key(name)], name, &known));
         }
     }
     let misplaced = MISPLACED.into_iter().find(|(name, _)| table.contains_key(*name));

@@ -220,8 +220,8 @@ fn unit_finding(run: &Run, slope: f64, signal: Signal, other: Signal, of: &str) 
     let unit = if is_rate(suspect) { Some(rate_unit) } else { position_unit };
     let remedy = match unit {
         Some(unit) => format!(
-            "`{suspect_key}` is probably in {unit}: give it unit = \"{unit}\" in [columns]; \
-             or correct the unit given for `{innocent_key}`"
+            "one of both has the wrong unit in [columns]: `{suspect_key}` is in {unit} and wants unit = \"{unit}\", \
+             or the unit given for `{innocent_key}` is not the one that it is in"
         ),
         None => format!("correct the unit given for `{innocent_key}` in [columns]"),
     };

@@ -283,6 +283,11 @@ impl Run {
         self.start_s + self.time_s(sample.min(self.len() - 1))
     }
 
+    /// Whether it was cut out of a longer run.
+    pub fn is_part(&self) -> bool {
+        self.whole.is_some()
+    }
+
     /// Some samples of the run as a run of its own, named by its times, at its place in file and session, with its state there.
     pub(super) fn part(&self, samples: Range<usize>, entry: Option<[f64; 3]>) -> Self {
         let whole = self.whole.as_ref().unwrap_or(&self.name);

@@ -1,6 +1,6 @@
 //! The laws that act along the signal path while the twin runs.
 
-use crate::drive::motor::Circuit;
+use super::current::CurrentWithin;
 use crate::effect::{Door, Effect, motor_factor};
 use crate::guide::stick_slip::friction;
 use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepEquation, StepForce};
@@ -8,9 +8,6 @@ use crate::machine::Machine;
 use crate::plant::LoadFriction;
 use crate::sensor::End;
 use crate::solid::Weight;
-
-/// Steps shorter than so many time constants of the current see it bend to second order.
-const FEW_DECAYS: f64 = 0.1;
 
 /// Fixed-point steps with which a reading is traced back to a position.
 pub(super) const MOST_INVERSIONS: usize = 12;
@@ -47,8 +44,8 @@ pub(super) struct Laws {
     readings: Vec<Effect>,
     /// Weight along the joint, where there is any and the plant does not have it in itself.
     weight: Option<Weight>,
-    /// Share of its change over a step that the motor's force has made at the [`GAUSS`] points of the step.
-    changed: [f64; 2],
+    /// The current at the [`GAUSS`] points of a step.
+    current: [CurrentWithin; 2],
     loaded: Option<LoadFriction>,
 }
 
@@ -101,12 +98,7 @@ impl Laws {
             carried: acting.iter().map(Effect::carried).fold(0.0, f64::max),
             initial_share: acting.iter().map(Effect::initial_share).sum(),
             readings: through(Door::Reading),
-            changed: match constants.circuit {
-                Circuit::Winding { resistance_ohm, inductance_h, .. } => {
-                    GAUSS.map(|share| current_changed(share, resistance_ohm / inductance_h * step_s))
-                }
-                Circuit::Direct { .. } => GAUSS,
-            },
+            current: GAUSS.map(|share| CurrentWithin::of(&constants.circuit, share, step_s)),
             weight: machine.weight().filter(|_| !carries_weight),
             loaded: LoadFriction::of(machine),
         }
@@ -135,11 +127,13 @@ impl Laws {
 
     /// What laws that change the motor's force add to it over a step that begins at `position`.
     #[inline(always)]
-    pub fn motor_change_over(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+    ///
+    /// `others` are the forces of the step before, this change among them: about those of this one.
+    pub fn motor_change_over(&self, coast: Coast, position: f64, step_s: f64, others: f64) -> StepForce {
         if self.changes.is_empty() {
             StepForce::ZERO
         } else {
-            self.some_motor_change(coast, position, step_s)
+            self.some_motor_change(coast, position, step_s, others)
         }
     }
 
@@ -153,18 +147,26 @@ impl Laws {
         }
     }
 
-    // Both are taken at two points of the step, as they would be without friction.
+    // Both are taken at two points of the step.
 
     #[inline(never)]
-    fn some_motor_change(&self, coast: Coast, position: f64, step_s: f64) -> StepForce {
+    fn some_motor_change(&self, coast: Coast, position: f64, step_s: f64, others: f64) -> StepForce {
         let [begin_n, end_n] = coast.motor_force;
-        let at = |share: f64, changed: f64| {
-            let motor_n = begin_n + changed * (end_n - begin_n);
-            motor_n * (self.motor_factor(position + coast.free_travel_until(share, step_s), motor_n) - 1.0)
+        let faster = coast.free_velocity - coast.velocity;
+        let pushed = coast.under(StepForce::held(others));
+        let at = |point: usize| {
+            let current = &self.current[point];
+            let motor_n = begin_n
+                + current.changed * (end_n - begin_n)
+                + current.bow * faster
+                + current.by_velocity * (pushed.free_velocity - coast.free_velocity);
+            let place = position + pushed.free_travel_until(GAUSS[point], step_s);
+            motor_n * (self.motor_factor(place, motor_n) - 1.0)
         };
-        StepForce::at_gauss(at(GAUSS[0], self.changed[0]), at(GAUSS[1], self.changed[1]))
+        StepForce::at_gauss(at(0), at(1))
     }
 
+    // As they would be without friction.
     #[inline(never)]
     fn some_push(&self, coast: Coast, here: Here) -> StepForce {
         let Here { position, step_s, clock_s } = here;
@@ -360,16 +362,6 @@ impl Laws {
         // Errors of a reading are small against it, but a scale is not: divide by it first.
         let slope = (shown(reading + 1.0) - shown(reading)).abs().max(1e-3);
         (0..MOST_INVERSIONS).fold(reading, |motor, _| motor + (reading - shown(motor)) / slope)
-    }
-}
-
-/// Share of its change that a current has made after a share of a step of so many time constants of the winding, under a held voltage.
-fn current_changed(share: f64, decays: f64) -> f64 {
-    if decays < FEW_DECAYS {
-        // To second order: for no resistance, too.
-        share * (1.0 + 0.5 * decays * (1.0 - share))
-    } else {
-        (-decays * share).exp_m1() / (-decays).exp_m1()
     }
 }
 

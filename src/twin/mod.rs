@@ -9,6 +9,7 @@
 //! - [`LinearLoop`]: what of it is linear, as a frequency response.
 
 mod batch;
+mod current;
 mod front;
 mod laws;
 mod linear;

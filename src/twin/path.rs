@@ -71,6 +71,8 @@ struct Moving {
     load_zero: f64,
     /// Motor and guide force of the step before.
     forces: [f64; 2],
+    /// All forces of the step before but that of the motor in proportion to its current.
+    others: f64,
     /// Rise over the period of the force in the motor's place.
     thrust_rise: f64,
     /// Time of the session in s.
@@ -151,6 +153,7 @@ impl Path {
                 motor: 0.0,
                 load_zero: 0.0,
                 forces: [0.0; 2],
+                others: 0.0,
                 thrust_rise: 0.0,
                 clock_s: 0.0,
             },
@@ -171,7 +174,7 @@ impl Path {
         moving.bristle = 0.0;
         (moving.load, moving.motor) = (self.laws.load_at_start(motor), motor);
         moving.load_zero = 0.0;
-        moving.forces = [0.0; 2];
+        (moving.forces, moving.others) = ([0.0; 2], 0.0);
         if let Some(delay) = &mut self.reference_delay {
             delay.clear();
         }
@@ -377,14 +380,14 @@ impl Path {
         let here = Here { position, step_s: self.step_s, clock_s: self.moving.clock_s };
         self.moving.clock_s += self.step_s;
         let push = self.laws.push_over(coast, here);
+        let (before, others) = (self.moving.forces, self.moving.others);
         let change = match drive {
-            Drive::Voltage { .. } => self.laws.motor_change_over(coast, position, self.step_s),
+            Drive::Voltage { .. } => self.laws.motor_change_over(coast, position, self.step_s, others),
             // A force in the motor's place was measured as it came out, changes included: its rise is left to add.
             Drive::Force(_) => {
                 StepForce { mean: 0.0, rise: self.moving.thrust_rise / self.switches.len() as f64 }
             }
         };
-        let before = self.moving.forces;
         let motor = 0.5 * (begin_n + end_n) + change.mean;
         let levels = |of: &LoadFriction| match of.load() {
             Load::Sliders(_) => of.levels(loads(), before, position),
@@ -401,7 +404,9 @@ impl Path {
         let guide = acting.push + friction;
         self.moving.bristle = bristle_force;
         self.moving.forces = [acting.motor, guide.mean];
-        [acting.change, guide + acting.weight]
+        let guide = guide + acting.weight;
+        self.moving.others = acting.change.mean + guide.mean;
+        [acting.change, guide]
     }
 
     /// Force in the bristles, N or N·m.

@@ -656,7 +656,7 @@ fn exact_implausible_units_are_refused_at_the_door() {
     let error = refusal(&toml, &csv(&stroke(Motion::Prismatic, 1.0, 1e3, 1.0)));
     let words = [
         "`velocity_m_per_s` about 1000 × the derivative of `position_m`",
-        "probably in mm/s",
+        "is in mm/s",
         "unit = \"mm/s\"",
     ];
     assert_refused(&error, ErrorKind::Unit, &place("velocity_m_per_s"), &words);
@@ -1237,7 +1237,7 @@ fn ref_grinder_logs_in_parquet_are_read() {
     let wrong = COLUMNS.replace("\"pos_cmd_mm\", unit = \"mm\"", "\"pos_cmd_mm\", unit = \"m\"");
     let error = Recording::read(toml_in(&folder, &format!("{wrong}\n{runs}"))).unwrap_err();
     assert_eq!((error.kind(), error.key_name()), (ErrorKind::Unit, Some("position_m")), "{error}");
-    assert!(error.to_string().contains("`position_reference_m` is probably in mm"), "{error}");
+    assert!(error.to_string().contains("`position_reference_m` is in mm"), "{error}");
 }
 
 #[test]

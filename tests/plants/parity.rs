@@ -201,6 +201,26 @@ fn exact_axis_converges_below_what_a_diagnosis_sees() {
     }
 }
 
+/// Back-EMF bends the current within a step, and the guide's force changes what it takes: the ripple of the force follows both.
+#[test]
+fn exact_ripple_beside_back_emf_converges_below_what_a_diagnosis_sees() {
+    let ripple = [
+        ("effect.force_ripple.period_m", 0.02),
+        ("effect.force_ripple.sine", 0.05),
+        ("effect.force_ripple.cosine", 0.03),
+        ("effect.back_emf.back_emf_v_s_per_m", 200.0),
+    ];
+    let beside = [("effect.coulomb_friction.force_n", 40.0), ("effect.constant_force.force_n", 60.0)];
+    for settings in [ripple.to_vec(), [&ripple[..], &beside].concat()] {
+        let machine = with(&grinder(), &settings);
+        let reference = reference(&machine, CELLS[7]);
+        let [coarse, fine] = [1, 64].map(|division| on_finer_axis(&machine, &reference, division));
+        let error = rms_difference(&coarse.position, &fine.position);
+        println!("{} keys: {error:.1e} m", settings.len());
+        assert!(error < 0.1e-9, "{settings:?}: {error:e} m");
+    }
+}
+
 /// Every feature of dry friction at once.
 const FEATURES: [(&str, f64); 12] = [
     ("effect.coulomb_friction.force_n", 12.0),

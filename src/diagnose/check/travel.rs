@@ -23,6 +23,8 @@ pub fn of_run(experiment: &Experiment) -> Option<Finding> {
             Check::NoMotion,
             "The reference never moves: this run says nothing about friction, mass or delay.",
         )),
+        // What was cut out of a run goes one way because it was cut so.
+        _ if experiment.run().is_part() => None,
         _ => Some(Finding::note(
             run,
             Check::MissingReversal,
