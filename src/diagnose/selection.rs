@@ -58,7 +58,8 @@ const FINALISTS: usize = 4;
 /// the least was 0.73. A choice of cost; what has a share of the posterior is fitted to the end in any case.
 pub(super) const MOST_FALL: f64 = 0.5;
 /// A share of the posterior below this changes no verdict.
-const LEAST_SHARE: f64 = 0.01;
+pub(super) const LEAST_SHARE: f64 = 0.01;
+
 impl Search<'_> {
     /// Runs the search.
     ///
@@ -91,7 +92,10 @@ impl Search<'_> {
             if self.go_to_a_better_minimum(&mut found)? {
                 continue;
             }
-            if !self.widen(&mut found, before, &mut widened)? {
+            if self.widen(&mut found, before, &mut widened)? {
+                continue;
+            }
+            if !self.look_at_earlier(&mut found, before)? {
                 break;
             }
         }
