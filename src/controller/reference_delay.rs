@@ -24,8 +24,10 @@ pub struct ReferenceDelay {
     fraction: f64,
     delay_s: f64,
     period_s: f64,
-    /// Position and velocity references, oldest first; empty before the first sample.
+    /// Position and velocity references, a ring; empty before the first sample.
     past: Vec<[f64; 2]>,
+    /// Place of the oldest of them.
+    oldest: usize,
 }
 
 impl ReferenceDelay {
@@ -40,6 +42,7 @@ impl ReferenceDelay {
             delay_s,
             period_s,
             past: Vec::new(),
+            oldest: 0,
         })
     }
 
@@ -65,12 +68,16 @@ impl ReferenceDelay {
         if self.past.is_empty() {
             let back = |k: usize| position - (self.whole + 2 - k) as f64 * self.period_s * velocity;
             self.past = (0..self.whole + 2).map(|k| [back(k), velocity]).collect();
+            self.oldest = 0;
         }
-        self.past.rotate_left(1);
-        let newest = self.past.len() - 1;
-        self.past[newest] = [position, velocity];
-        let [older, newer] = [self.past[0], self.past[1]];
+        self.past[self.oldest] = [position, velocity];
+        self.oldest = self.after(self.oldest);
+        let [older, newer] = [self.oldest, self.after(self.oldest)].map(|place| self.past[place]);
         [0, 1].map(|k| newer[k] + self.fraction * (older[k] - newer[k]))
+    }
+
+    fn after(&self, place: usize) -> usize {
+        if place + 1 == self.past.len() { 0 } else { place + 1 }
     }
 }
 

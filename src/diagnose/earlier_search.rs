@@ -13,7 +13,8 @@ use crate::error::Result;
 const HOPELESS: f64 = 4.0;
 
 impl Found {
-    /// The sets of effects of a search at its end that may be told: the chosen one, that which predicts best, and those with more than a share that changes a verdict.
+    /// The sets of effects that a search would tell: the chosen one, that which predicts best, and those with more than a share that changes a verdict. Of a search that
+    /// did not come to its end there are no shares: it tells the chosen one alone.
     fn told(&self) -> Vec<EffectSet> {
         let has_share = |k: &usize| self.posterior.get(*k).is_some_and(|share| *share > LEAST_SHARE);
         let best = self.predicts_best();
@@ -64,7 +65,7 @@ impl Search<'_> {
     }
 
     /// Looks at what the earlier search would have told, where this one has not come to it: what it chose, what predicted best, and what has more than a share
-    /// that changes a verdict. Tells whether something better than the chosen explanation was found so, which is the chosen one then.
+    /// that changes a verdict. Tells whether something is better than the chosen explanation, which is the chosen one then.
     ///
     /// By other noise floors a search takes another way. What an explanation is worth depends on the floors, and not on the way.
     pub(super) fn look_at_earlier(&self, found: &mut Found, before: &Score) -> Result<bool> {
@@ -113,6 +114,8 @@ mod tests {
         found.posterior = vec![0.0, 0.2, 0.001, 0.7, 0.009];
         let told = [COULOMB, BACKLASH, EffectId::Cogging].map(|effect| EffectSet::from([effect]));
         assert_eq!(found.told(), told);
+        (found.posterior, found.candidates[2].thorough) = (vec![], true);
+        assert_eq!(found.told(), told[..1]);
         found.candidates[1].thorough = false;
         assert_eq!(told.map(|set| found.has_fitted(&set)), [false, true, true]);
         assert!(!found.has_fitted(&EffectSet::from([EffectId::LoopDelay])));

@@ -145,8 +145,8 @@ impl Grounds<'_> {
             Unidentified::PeriodOpen { effect, up_to, longest, unit } => {
                 let [up_to, longest] = [up_to, longest].map(|length| engineering(length, unit));
                 format!(
-                    "the period of {effect} is not told by these runs (its 95 % interval goes up to {up_to}, beyond the {longest} up to which it is looked for), and a force \
-                     that changes along the travel without repeating does the same"
+                    "the period of {effect} is uncertain (its 95 % interval reaches {up_to}, and fits look up to {longest} only), and a force that changes along the travel without \
+                     repeating does the same"
                 )
             }
             Unidentified::Merged([one, other]) => {

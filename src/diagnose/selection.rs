@@ -85,19 +85,11 @@ impl Search<'_> {
         let calibrated = nothing.map(|h| self.evaluate(&h, None, Care::Thorough)).transpose()?;
         found.candidates.extend(calibrated);
         let mut widened = BTreeSet::new();
-        for _ in 0..MOST_EFFECTS {
-            if !self.climb(&mut found, before)? {
-                return Ok(Reached::OtherFloors(found));
-            }
-            if self.go_to_a_better_minimum(&mut found)? {
-                continue;
-            }
-            if self.widen(&mut found, before, &mut widened)? {
-                continue;
-            }
-            if !self.look_at_earlier(&mut found, before)? {
-                break;
-            }
+        if !self.climb_and_widen(&mut found, before, &mut widened)? {
+            return Ok(Reached::OtherFloors(found));
+        }
+        if self.look_at_earlier(&mut found, before)? {
+            self.climb_and_widen(&mut found, before, &mut widened)?;
         }
         self.continue_to_equals(&mut found)?;
         self.converge(&mut found, before, LEAST_SHARE)?;
@@ -117,6 +109,27 @@ impl Search<'_> {
         self.take_what_is_probable(&mut found, before);
         self.leave_out_what_a_form_leaves(&mut found, before)?;
         Ok(Reached::End(found))
+    }
+
+    /// Goes to better explanations, and widens the search, until nothing better is found. Tells whether the search goes on.
+    fn climb_and_widen(
+        &self,
+        found: &mut Found,
+        before: &Score,
+        widened: &mut BTreeSet<EffectSet>,
+    ) -> Result<bool> {
+        for _ in 0..MOST_EFFECTS {
+            if !self.climb(found, before)? {
+                return Ok(false);
+            }
+            if self.go_to_a_better_minimum(found)? {
+                continue;
+            }
+            if !self.widen(found, before, widened)? {
+                break;
+            }
+        }
+        Ok(true)
     }
 
     /// Goes from the chosen explanation to better ones step by step: adds effects, takes some away, puts others in their place. Tells whether the search goes on.

@@ -19,7 +19,8 @@ impl Found {
 
     /// The explanation that leaves least of the held-out runs, the uncertainty of its numbers included, of those that have a share of the posterior.
     pub(super) fn predicts_best(&self) -> Option<usize> {
-        let counts = |k: &usize| self.candidates[*k].thorough && self.posterior[*k] > 0.0;
+        let has_share = |k: usize| self.posterior.get(k).is_some_and(|share| *share > 0.0);
+        let counts = |k: &usize| self.candidates[*k].thorough && has_share(*k);
         (0..self.candidates.len()).filter(counts).min_by(|&a, &b| self.left(a).total_cmp(&self.left(b)))
     }
 

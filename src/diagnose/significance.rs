@@ -2,11 +2,11 @@
 
 use super::fit::Fit;
 use super::found::Found;
-use super::free::Freedom;
+use super::free::{Free, Freedom};
 use super::grounds::Unidentified;
 use super::hypothesis::EffectSet;
 use super::parameter::NORMAL_975;
-use crate::effect::EffectId;
+use crate::effect::{EffectId, Site};
 
 /// Whether the 95 % interval of one of an effect's numbers leaves out the twin's own value.
 ///
@@ -33,7 +33,9 @@ impl Found {
     pub(super) fn unidentified(&self) -> Option<Unidentified> {
         let chosen = &self.candidates[self.chosen];
         let unidentified = chosen.unidentified().or_else(|| chosen.incomplete());
-        unidentified.or_else(|| self.not_significant()).or_else(|| open_period(&self.candidates[self.chosen].fit))
+        unidentified
+            .or_else(|| self.not_significant())
+            .or_else(|| open_period(&self.candidates[self.chosen].fit))
     }
 
     /// An effect of the chosen explanation that is not significant, and without which no more than a small gap is left: neither its interval nor what it closes proves it. Waves
@@ -51,18 +53,21 @@ impl Found {
     }
 }
 
-/// A wave of the motor's force whose period is not told. With few periods on the travel, and no period for certain, its waves are a curve as any other: what changes along the travel
-/// without repeating is fitted as well.
+/// A wave of the motor's force whose period is not told: its 95 % interval reaches beyond the longest that a fit may look for, and is wider than an octave. With few periods on the
+/// travel, and no period for certain, its harmonics are a curve as any other: what changes along the travel without repeating is fitted as well.
 fn open_period(fit: &Fit) -> Option<Unidentified> {
     let numbers = fit.hypothesis.free.iter().zip(fit.values.iter().zip(&fit.standard_errors));
-    let searched = numbers
-        .filter(|(free, _)| free.freedom == Freedom::Cause && free.is_period() && free.neutral.is_nan());
-    let mut open = searched.filter_map(|(free, (value, error))| {
-        let (up_to, longest) = (value + NORMAL_975 * error, free.range.1);
+    let is_searched = |free: &Free| {
+        free.freedom == Freedom::Cause && free.is_period() && free.neutral.is_nan() && !free.held
+    };
+    let of_motor = |free: &Free| free.effect.site() == Site::Motor;
+    let mut searched = numbers.filter(|(free, _)| is_searched(free) && of_motor(free));
+    searched.find_map(|(free, (value, error))| {
+        let (down_to, up_to) = (value - NORMAL_975 * error, value + NORMAL_975 * error);
+        let longest = free.range.1;
         let found = Unidentified::PeriodOpen { effect: free.effect.name(), up_to, longest, unit: free.unit };
-        (!free.held && up_to > longest).then_some(found)
-    });
-    open.next()
+        (up_to > longest && up_to > 2.0 * down_to).then_some(found)
+    })
 }
 
 /// Whether an effect that is no wave is not significant.
@@ -76,7 +81,6 @@ fn lacks_significance(fit: &Fit, effect: EffectId) -> bool {
 mod tests {
     use super::*;
     use crate::diagnose::found::tests::{BACKLASH, COULOMB, candidate, found};
-    use crate::diagnose::free::Free;
 
     /// A size of 1 with a standard error of 0.5 is significant, and one of 0.52 is not where the twin without it leaves 2.9 × noise; what closes 3.1 × noise is proven by that.
     #[test]
@@ -91,17 +95,24 @@ mod tests {
         assert_eq!(told(0.52, "n", 2.9), Some(Unidentified::NotSignificant { effect }));
     }
 
-    /// A pitch of 0.7 ± 0.3 m is told where fits look up to 1.35 m, and 0.7 ± 0.34 m is not; a pitch that the twin states is.
+    /// A pitch of 0.7 ± 0.3 m (standard error) is told where fits look up to 1.35 m, and 0.7 ± 0.34 m is not; a pitch that the twin states is, and so is one of 1.34 ± 0.02 m. The period of a
+    /// reading's error is none of a force.
     #[test]
     fn exact_a_period_whose_interval_goes_beyond_what_is_looked_for_is_open() {
-        let told = |error: f64, neutral: f64| {
-            let mut fit = candidate(&[EffectId::Cogging], 0.7, 1.0).fit;
+        let told = |effect: EffectId, value: f64, error: f64, neutral: f64| {
+            let mut fit = candidate(&[effect], value, 1.0).fit;
             fit.standard_errors = vec![error];
             let number = fit.hypothesis.free[0].clone();
             fit.hypothesis.free[0] = Free { name: "period_m", neutral, range: (0.0, 1.35), ..number };
             open_period(&fit).is_none()
         };
-        assert_eq!([told(0.3, f64::NAN), told(0.34, f64::NAN), told(0.34, 0.7)], [true, false, true]);
+        let (cogging, searched) = (EffectId::Cogging, f64::NAN);
+        let pitches = [(0.7, 0.3, searched), (0.7, 0.34, searched), (0.7, 0.34, 0.7), (1.34, 0.02, searched)];
+        assert_eq!(
+            pitches.map(|(value, error, neutral)| told(cogging, value, error, neutral)),
+            [true, false, true, true]
+        );
+        assert!(told(EffectId::ScrewError, 0.7, 0.34, searched));
     }
 
     /// Of two effects none is significant, or one is. Where calibration leaves 1.3 × noise something is left to explain.

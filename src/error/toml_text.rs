@@ -58,9 +58,11 @@ pub(crate) fn explained(error: Error, message: &str) -> Error {
 /// What a library calls the kinds of values, in the words of a file.
 fn in_words(message: String) -> String {
     let Some((found, expected)) = message.split_once(", expected ") else { return message };
-    if found == "invalid boolean" {
-        // What begins like true or false is read as that: most of the time it is a text.
-        return "a word without quotes, expected text in quotes, or true or false".to_owned();
+    let is_word =
+        found == "invalid boolean" || found == "invalid float" && ["`inf`", "`nan`"].contains(&expected);
+    if is_word {
+        // What begins like true, false, inf or nan is read as that: most of the time it is a text.
+        return "a word without quotes, expected text in quotes, or a value".to_owned();
     }
     let whole = ["i64", "i32", "u64", "u32", "u16", "u8", "usize"];
     let is_table =
@@ -116,6 +118,15 @@ mod tests {
 
     fn refused(text: &str) -> Error {
         refusal(Path::new("axis.toml"), text, &toml::from_str::<Axis>(text).unwrap_err())
+    }
+
+    /// Words that begin like true, false, inf or nan.
+    #[test]
+    fn exact_a_word_without_quotes_is_told_as_that() {
+        for word in ["training", "first", "in", "new_run"] {
+            let error = refused(&format!("mass_kg = {word}\n")).to_string();
+            assert!(error.contains("a word without quotes") && error.contains("text in quotes"), "{error}");
+        }
     }
 
     #[test]

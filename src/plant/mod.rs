@@ -71,6 +71,12 @@ pub trait Plant {
         false
     }
 
+    /// Whether the motor's force at the end of a step that was looked at has in it what forces other than the motor's do to the velocity, as far as the steps before tell it; else it is that
+    /// of an axis on which nothing else acts.
+    fn foresees_others(&self) -> bool {
+        false
+    }
+
     /// Vertical loads of the bearing sliders A–D in N after the last step, where the plant knows them.
     fn slider_loads(&mut self) -> Option<[f64; 4]> {
         None

@@ -7,7 +7,8 @@ use std::path::{Path, PathBuf};
 use super::columns::ColumnMap;
 use super::document::{Document, Step, number, text_at};
 use super::range::TimeRange;
-use super::run::Role;
+use super::run::{FEEDFORWARD_KEY, Role};
+use super::session::BEGIN_KEY;
 use super::table::is_table;
 use crate::confine;
 use crate::error::{Error, ErrorKind, Result, spelling};
@@ -35,8 +36,8 @@ pub(super) const KEYS: [&str; 7] =
 pub(super) const RUN_KEYS: [&str; 8] =
     ["file", "name", "role", "set", "columns", "extra_columns", "from_s", "to_s"];
 
-/// Metadata of a run that have a meaning.
-const METADATA: [&str; 2] = ["begins_s", "feedforward"];
+/// Metadata of a run that say when it was and what was fed forward.
+const METADATA: [&str; 2] = [BEGIN_KEY, FEEDFORWARD_KEY];
 
 /// One `[[run]]`.
 #[derive(Debug)]

@@ -220,8 +220,7 @@ fn unit_finding(run: &Run, slope: f64, signal: Signal, other: Signal, of: &str) 
     let unit = if is_rate(suspect) { Some(rate_unit) } else { position_unit };
     let remedy = match unit {
         Some(unit) => format!(
-            "one of both has the wrong unit in [columns]: `{suspect_key}` is in {unit} and wants unit = \"{unit}\", \
-             or the unit given for `{innocent_key}` is not the one that it is in"
+            "one of the two units in [columns] is wrong: give `{suspect_key}` unit = \"{unit}\", or correct the unit of `{innocent_key}`"
         ),
         None => format!("correct the unit given for `{innocent_key}` in [columns]"),
     };

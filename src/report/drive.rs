@@ -83,7 +83,9 @@ fn setting(effect: EffectId) -> &'static str {
         E::BaseModeShift | E::FlexibleMode => {
             "notch filter at the frequency below, or a jerk limit of the reference"
         }
-        E::Backlash => "backlash compensation at reversal, or the position loop on the load where it is not there yet",
+        E::Backlash => {
+            "backlash compensation at reversal, or close the position loop on the load, if it is not closed there"
+        }
         E::ScrewError => "lead-screw error compensation, a position table with the pitch below",
         E::SensorScale => "set the scaling of the logged signal",
         E::EncoderScale => "set the scale of the encoder",

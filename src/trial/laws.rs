@@ -277,6 +277,10 @@ impl<P: Plant> Plant for Forged<P> {
         self.inner.restore(inner);
     }
 
+    fn foresees_others(&self) -> bool {
+        self.inner.foresees_others()
+    }
+
     fn carries_weight(&self) -> bool {
         self.inner.carries_weight()
     }

@@ -95,7 +95,9 @@ impl Batch {
     pub fn step(&mut self, command: impl Fn(usize) -> Command, mut each: impl FnMut(usize, Sample)) {
         let command = |lane: usize| command(lane).with_bridge_open();
         let is_open = !command(0).is_enabled;
-        self.axes.set_forced(is_open || self.driven == Driven::ByForce);
+        let is_forced = is_open || self.driven == Driven::ByForce;
+        debug_assert!((0..self.len()).all(|lane| command(lane).thrust.is_some() == is_forced));
+        self.axes.set_forced(is_forced);
         if is_open {
             self.axes.cut_currents();
         }

@@ -119,9 +119,10 @@ impl Front {
         current: &Lane,
         mut each: impl FnMut(usize, Sample),
     ) -> [Lane; 2] {
+        let feedforward_v = if command.is_enabled { command.feedforward_v } else { 0.0 };
+        let command = Command { feedforward_v, ..command };
         let Sampled { velocity, effort_v, applied_v } = arch.dispatch(Law { front: self, command, position });
-        let fed_v = if command.is_enabled { command.feedforward_v } else { 0.0 };
-        let commanded_v = || effort_v.map(|effort_v| effort_v + fed_v);
+        let commanded_v = || effort_v.map(|effort_v| effort_v + command.feedforward_v);
         let mut applied_v = if self.is_delayed { self.delayed(commanded_v()) } else { [applied_v; 2] };
         if self.has_supply {
             self.supplied(&mut applied_v, command.supply_v);
@@ -174,7 +175,7 @@ impl WithSimd for Law<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) -> Sampled {
-        let Self { front, mut command, position } = self;
+        let Self { front, command, position } = self;
         // Values of their own, not places in the front: nothing then keeps the loops from being vectors.
         let (n, position, previous) = (front.numbers, *position, front.previous);
         let (mut estimate, mut integral_v, mut effort_v) = (front.estimate, front.integral_v, [0.0; LANES]);
@@ -192,7 +193,7 @@ impl WithSimd for Law<'_> {
         }
         if !command.is_enabled {
             // The controller begins anew when the drive is enabled again.
-            (integral_v, effort_v, command.feedforward_v) = ([0.0; LANES], [0.0; LANES], 0.0);
+            (integral_v, effort_v) = ([0.0; LANES], [0.0; LANES]);
         }
         (front.previous, front.estimate, front.integral_v) = (position, estimate, integral_v);
         let mut commanded_v = effort_v;

@@ -5,7 +5,7 @@ use crate::effect::{Door, Effect, motor_factor};
 use crate::guide::stick_slip::friction;
 use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepEquation, StepForce};
 use crate::machine::Machine;
-use crate::plant::LoadFriction;
+use crate::plant::{LoadFriction, Plant};
 use crate::sensor::End;
 use crate::solid::Weight;
 
@@ -81,8 +81,18 @@ pub struct InitialForces {
 }
 
 impl Laws {
-    /// The machine's laws over steps of `step_s`; those that a plant which `carries_weight` does not need left out.
-    pub fn of(machine: &Machine, carries_weight: bool, step_s: f64) -> Self {
+    /// The machine's laws beside a plant, in its steps.
+    pub fn beside(machine: &Machine, plant: &impl Plant) -> Self {
+        let (carries_weight, foresees_others) = (plant.carries_weight(), plant.foresees_others());
+        let mut laws = Self::of(machine, carries_weight);
+        let circuit = machine.constants().circuit;
+        let within = |share| CurrentWithin::of(&circuit, share, plant.step_s(), foresees_others);
+        laws.current = GAUSS.map(within);
+        laws
+    }
+
+    /// The machine's laws over no time; those that a plant which `carries_weight` does not need left out.
+    fn of(machine: &Machine, carries_weight: bool) -> Self {
         let acting = machine.effects();
         let through = |door| acting.iter().filter(|e| e.acts_through(door)).cloned().collect::<Vec<_>>();
         let constants = machine.constants();
@@ -98,7 +108,7 @@ impl Laws {
             carried: acting.iter().map(Effect::carried).fold(0.0, f64::max),
             initial_share: acting.iter().map(Effect::initial_share).sum(),
             readings: through(Door::Reading),
-            current: GAUSS.map(|share| CurrentWithin::of(&constants.circuit, share, step_s)),
+            current: GAUSS.map(|share| CurrentWithin::of(&constants.circuit, share, 0.0, carries_weight)),
             weight: machine.weight().filter(|_| !carries_weight),
             loaded: LoadFriction::of(machine),
         }
@@ -126,9 +136,9 @@ impl Laws {
     }
 
     /// What laws that change the motor's force add to it over a step that begins at `position`.
-    #[inline(always)]
     ///
-    /// `others` are the forces of the step before, this change among them: about those of this one.
+    /// `others` is the sum of the other forces over the step before, this change included. It stands for that of the present step.
+    #[inline(always)]
     pub fn motor_change_over(&self, coast: Coast, position: f64, step_s: f64, others: f64) -> StepForce {
         if self.changes.is_empty() {
             StepForce::ZERO
@@ -374,7 +384,7 @@ fn of_direction([positive, negative]: [f64; 2], direction: f64) -> f64 {
 /// Positions of the load behind the machine's drive train while an encoder at the motor's end shows `shown` from the
 /// beginning of a run on.
 pub fn load_positions(machine: &Machine, shown: &[f64]) -> Vec<f64> {
-    let laws = Laws::of(machine, true, machine.constants().sample_period_s);
+    let laws = Laws::of(machine, true);
     let place = |&reading: &f64| {
         if laws.readings.is_empty() { reading } else { laws.position_at(reading, End::Motor) }
     };

@@ -126,7 +126,7 @@ impl Path {
             reference_delay: ReferenceDelay::new(description.reference.delay_s, constants.sample_period_s),
             commanded: Commanded::steady(delay.periods, 0.0),
             switches: switches(constants.sample_period_s, delay.fraction, step_s),
-            laws: Laws::of(machine, plant.carries_weight(), step_s),
+            laws: Laws::beside(machine, plant),
             encoder: description.encoder.clone(),
             load_sensor: description.load_sensor.clone(),
             current_sensor: description.current_sensor.clone(),

@@ -88,6 +88,31 @@ fn ref_axis_and_rigid_body_scene_agree_with_friction() {
     assert_parity(&machine.with_settings(asymmetric).unwrap(), &CELLS[4..]);
 }
 
+/// The scene foresees the motor's force with friction and ripple in it, the axis without: both follow the current within a step, so that ripple adds nothing to what strong back-EMF
+/// makes between them.
+#[test]
+fn ref_axis_and_rigid_body_scene_agree_with_ripple_beside_back_emf() {
+    let push = [
+        ("effect.back_emf.back_emf_v_s_per_m", 200.0),
+        ("effect.coulomb_friction.force_n", 40.0),
+        ("effect.constant_force.force_n", 60.0),
+    ];
+    let ripple = [
+        ("effect.force_ripple.period_m", 0.02),
+        ("effect.force_ripple.sine", 0.05),
+        ("effect.force_ripple.cosine", 0.03),
+    ];
+    let apart = |settings: &[(&'static str, f64)]| {
+        let machine = with(&grinder(), settings);
+        let reference = reference(&machine, CELLS[4]);
+        let (axis, rapier) = (on_axis(&machine, &reference), on_rapier(&machine, &reference));
+        rms_difference(&axis.position, &rapier.position)
+    };
+    let [alone, both] = [apart(&push), apart(&[&push[..], &ripple].concat())];
+    println!("back-EMF alone {alone:.2e} m, with ripple {both:.2e} m");
+    assert!((both - alone).abs() < 0.1e-9, "{alone:e} m, with ripple {both:e} m");
+}
+
 /// Position overshoot, peak velocity over the feed and most negative velocity, in % of stroke and feed.
 fn overshoots(machine: &Machine, cell: (f64, f64)) -> [f64; 3] {
     let traces = on_axis(machine, &reference(machine, cell));

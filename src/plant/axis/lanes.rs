@@ -39,7 +39,7 @@ pub struct Lanes {
 
 impl Lanes {
     /// Packs axes in the states that they are in; gives them back where they do not fit into one pass. `is_forced`: a given
-    /// force takes the motor's place in every step.
+    /// force takes the motor's place until [`set_forced`](Self::set_forced) changes that.
     ///
     /// # Errors
     /// The axes themselves: more than [`LANES`], none, or axes that differ in step, winding or number of modes.

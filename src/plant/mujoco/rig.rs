@@ -277,6 +277,11 @@ impl Plant for MujocoRig {
         }
     }
 
+    /// The winding is looked ahead with the velocity that goes on as it did.
+    fn foresees_others(&self) -> bool {
+        true
+    }
+
     fn carries_weight(&self) -> bool {
         true
     }

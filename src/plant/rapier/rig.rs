@@ -257,6 +257,11 @@ impl Plant for Rig {
         debug_assert!(fits, "snapshot of another plant");
     }
 
+    /// The winding is looked ahead with the velocity that goes on as it did.
+    fn foresees_others(&self) -> bool {
+        true
+    }
+
     fn carries_weight(&self) -> bool {
         true
     }
