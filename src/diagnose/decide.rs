@@ -356,13 +356,13 @@ mod tests {
         let hidden = Unidentified::NotSignificant { effect: "friction_drift" };
         let ran_off =
             Unidentified::AtBound { effect: "local_friction", number: "width_m", value: 0.113, unit: "m" };
-        let open = Unidentified::PeriodOpen { effect: "cogging", up_to: 1.57, longest: 1.27, unit: "m" };
+        let open = Unidentified::PeriodOpen { effect: "cogging", up_to: 1.57, of_motor: 0.06, unit: "m" };
         for evident in ALL {
             let all = [
                 (hidden, "friction_drift"),
                 (ran_off, "width_m of local_friction"),
                 (Unidentified::SearchEnded { effects: 6 }, "6 effects, as many as are looked for"),
-                (open, "reaches 1.57 m, and fits look up to 1.27 m"),
+                (open, "reaches 1.57 m, and motors have 60.0 mm at most"),
             ];
             for (unidentified, told) in all {
                 let grounds = Grounds { unidentified: Some(&unidentified), ..Grounds::default() };

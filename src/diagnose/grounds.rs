@@ -60,14 +60,14 @@ pub enum Unidentified {
         /// Unit of the number.
         unit: &'static str,
     },
-    /// The period of a wave over place is not told: its 95 % interval reaches beyond the longest that a fit may look for.
+    /// The period of a wave over place is longer than motors have it, and not told: its 95 % interval reaches beyond the longest that a fit may look for.
     PeriodOpen {
         /// Effect id.
         effect: &'static str,
         /// Upper end of the interval, in `unit`.
         up_to: f64,
-        /// The longest, in `unit`.
-        longest: f64,
+        /// The longest that motors have, in `unit`.
+        of_motor: f64,
         /// Unit of the period.
         unit: &'static str,
     },
@@ -142,10 +142,10 @@ impl Grounds<'_> {
             Unidentified::AtBound { effect, number, value, unit } => {
                 format!("{number} of {effect} is at the bound of where a fit may look ({value:.3e} {unit})")
             }
-            Unidentified::PeriodOpen { effect, up_to, longest, unit } => {
-                let [up_to, longest] = [up_to, longest].map(|length| engineering(length, unit));
+            Unidentified::PeriodOpen { effect, up_to, of_motor, unit } => {
+                let [up_to, of_motor] = [up_to, of_motor].map(|length| engineering(length, unit));
                 format!(
-                    "the period of {effect} is uncertain (its 95 % interval reaches {up_to}, and fits look up to {longest} only), and a force that changes along the travel without \
+                    "the period of {effect} is uncertain (its 95 % interval reaches {up_to}, and motors have {of_motor} at most), and a force that changes along the travel without \
                      repeating does the same"
                 )
             }

@@ -424,7 +424,7 @@ impl<'a> Ready<'a> {
             is_explained: before.is_explained(),
             gap_after: before.gap_after,
         });
-        let unidentified = found.unidentified();
+        let unidentified = found.unidentified(self.machine);
         let unidentified = unidentified.as_ref();
         let grounds = grounds::Grounds { checks: &self.checks, reference, unidentified, rigid_body };
         decide::decide(&found.evidence(found.chosen, &self.before, floor.is_measured()), limits, &grounds)

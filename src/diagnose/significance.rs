@@ -6,7 +6,8 @@ use super::free::{Free, Freedom};
 use super::grounds::Unidentified;
 use super::hypothesis::EffectSet;
 use super::parameter::NORMAL_975;
-use crate::effect::{EffectId, Site};
+use crate::effect::{Cogging, EffectId, Site};
+use crate::machine::Machine;
 
 /// Whether the 95 % interval of one of an effect's numbers leaves out the twin's own value.
 ///
@@ -30,12 +31,13 @@ impl Found {
     }
 
     /// Why no verdict rests on the chosen explanation, with the intervals that the report states.
-    pub(super) fn unidentified(&self) -> Option<Unidentified> {
+    pub(super) fn unidentified(&self, machine: &Machine) -> Option<Unidentified> {
+        let of_motor = Cogging::longest_pitch(&machine.constants(), machine.motion());
         let chosen = &self.candidates[self.chosen];
         let unidentified = chosen.unidentified().or_else(|| chosen.incomplete());
         unidentified
             .or_else(|| self.not_significant())
-            .or_else(|| open_period(&self.candidates[self.chosen].fit))
+            .or_else(|| open_period(&self.candidates[self.chosen].fit, of_motor))
     }
 
     /// An effect of the chosen explanation that is not significant, and without which no more than a small gap is left: neither its interval nor what it closes proves it. Waves
@@ -53,20 +55,21 @@ impl Found {
     }
 }
 
-/// A wave of the motor's force whose period is not told: its 95 % interval reaches beyond the longest that a fit may look for, and is wider than an octave. With few periods on the
-/// travel, and no period for certain, its harmonics are a curve as any other: what changes along the travel without repeating is fitted as well.
-fn open_period(fit: &Fit) -> Option<Unidentified> {
+/// A wave of the motor's force that is longer than motors have it (`of_motor`), and whose period is not told: its 95 % interval reaches beyond the longest that a fit may look for, and
+/// is wider than an octave. With few periods on the travel, and no period for certain, its harmonics are a curve as any other: what changes along the travel without repeating is
+/// fitted as well.
+fn open_period(fit: &Fit, of_motor: f64) -> Option<Unidentified> {
     let numbers = fit.hypothesis.free.iter().zip(fit.values.iter().zip(&fit.standard_errors));
     let is_searched = |free: &Free| {
         free.freedom == Freedom::Cause && free.is_period() && free.neutral.is_nan() && !free.held
     };
-    let of_motor = |free: &Free| free.effect.site() == Site::Motor;
-    let mut searched = numbers.filter(|(free, _)| is_searched(free) && of_motor(free));
+    let is_force = |free: &Free| free.effect.site() == Site::Motor;
+    let mut searched = numbers.filter(|(free, _)| is_searched(free) && is_force(free));
     searched.find_map(|(free, (value, error))| {
         let (down_to, up_to) = (value - NORMAL_975 * error, value + NORMAL_975 * error);
         let longest = free.range.1;
-        let found = Unidentified::PeriodOpen { effect: free.effect.name(), up_to, longest, unit: free.unit };
-        (up_to > longest && up_to > 2.0 * down_to).then_some(found)
+        let found = Unidentified::PeriodOpen { effect: free.effect.name(), up_to, of_motor, unit: free.unit };
+        (*value > of_motor && up_to > longest && up_to > 2.0 * down_to).then_some(found)
     })
 }
 
@@ -95,24 +98,27 @@ mod tests {
         assert_eq!(told(0.52, "n", 2.9), Some(Unidentified::NotSignificant { effect }));
     }
 
-    /// A pitch of 0.7 ± 0.3 m (standard error) is told where fits look up to 1.35 m, and 0.7 ± 0.34 m is not; a pitch that the twin states is, and so is one of 1.34 ± 0.02 m. The period of a
-    /// reading's error is none of a force.
+    /// A pitch of 0.7 ± 0.3 m (standard error) is told where fits look up to 1.35 m, and 0.7 ± 0.34 m is not, unless motors have such pitches; a pitch that the twin states is, and so is
+    /// one of 1.34 ± 0.02 m. The period of a reading's error is none of a force.
     #[test]
     fn exact_a_period_whose_interval_goes_beyond_what_is_looked_for_is_open() {
-        let told = |effect: EffectId, value: f64, error: f64, neutral: f64| {
+        let told = |effect: EffectId, [value, error, neutral, of_motor]: [f64; 4]| {
             let mut fit = candidate(&[effect], value, 1.0).fit;
             fit.standard_errors = vec![error];
             let number = fit.hypothesis.free[0].clone();
             fit.hypothesis.free[0] = Free { name: "period_m", neutral, range: (0.0, 1.35), ..number };
-            open_period(&fit).is_none()
+            open_period(&fit, of_motor).is_none()
         };
-        let (cogging, searched) = (EffectId::Cogging, f64::NAN);
-        let pitches = [(0.7, 0.3, searched), (0.7, 0.34, searched), (0.7, 0.34, 0.7), (1.34, 0.02, searched)];
-        assert_eq!(
-            pitches.map(|(value, error, neutral)| told(cogging, value, error, neutral)),
-            [true, false, true, true]
-        );
-        assert!(told(EffectId::ScrewError, 0.7, 0.34, searched));
+        let searched = f64::NAN;
+        let pitches = [
+            [0.7, 0.3, searched, 0.06],
+            [0.7, 0.34, searched, 0.06],
+            [0.7, 0.34, searched, 0.8],
+            [0.7, 0.34, 0.7, 0.06],
+            [1.34, 0.02, searched, 0.06],
+        ];
+        assert_eq!(pitches.map(|of| told(EffectId::Cogging, of)), [true, false, true, true, true]);
+        assert!(told(EffectId::ScrewError, pitches[1]));
     }
 
     /// Of two effects none is significant, or one is. Where calibration leaves 1.3 × noise something is left to explain.

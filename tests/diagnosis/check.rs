@@ -276,8 +276,8 @@ fn exact_units_off_by_a_power_of_ten_are_named() {
         (Signal::Thrust, 1e-3, "in kN"),
         (Signal::Thrust, 0.1, "in daN"),
         (Signal::ControlEffort, 1e3, "in mV"),
-        (Signal::Velocity, 1e3, "in mm/s"),
-        (Signal::Velocity, 60.0, "in m/min"),
+        (Signal::Velocity, 1e3, "unit = \"mm/s\""),
+        (Signal::Velocity, 60.0, "unit = \"m/min\""),
     ];
     for (signal, factor, unit) in cases {
         let runs = changed(&clean(), |s| s.get_mut(&signal).unwrap().iter_mut().for_each(|x| *x *= factor));
