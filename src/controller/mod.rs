@@ -4,6 +4,7 @@
 //! a [`Memory`] handed in from outside. A new control law is one file here and one variant of [`Controller`].
 
 pub mod cascade;
+pub(crate) mod delay_line;
 pub mod effort_limit;
 pub mod filter;
 mod gains;

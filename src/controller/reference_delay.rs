@@ -1,5 +1,6 @@
 //! The delay between a reference and the controller that acts on it.
 
+use super::delay_line::DelayLine;
 use std::f64::consts::TAU;
 
 use nalgebra::Complex;
@@ -24,10 +25,8 @@ pub struct ReferenceDelay {
     fraction: f64,
     delay_s: f64,
     period_s: f64,
-    /// Position and velocity references, a ring; empty before the first sample.
-    past: Vec<[f64; 2]>,
-    /// Place of the oldest of them.
-    oldest: usize,
+    /// Position and velocity references; none before the first sample.
+    past: Option<DelayLine<[f64; 2]>>,
 }
 
 impl ReferenceDelay {
@@ -41,14 +40,13 @@ impl ReferenceDelay {
             fraction: (periods - whole).max(0.0),
             delay_s,
             period_s,
-            past: Vec::new(),
-            oldest: 0,
+            past: None,
         })
     }
 
     /// Forgets the references so far.
     pub fn clear(&mut self) {
-        self.past.clear();
+        self.past = None;
     }
 
     /// The position reference of `delay_s` before, of a motion that has been going on at `velocity`.
@@ -65,19 +63,13 @@ impl ReferenceDelay {
 
     /// Takes the position and velocity reference of a sample and gives those that the controller acts on.
     pub fn pass(&mut self, position: f64, velocity: f64) -> [f64; 2] {
-        if self.past.is_empty() {
-            let back = |k: usize| position - (self.whole + 2 - k) as f64 * self.period_s * velocity;
-            self.past = (0..self.whole + 2).map(|k| [back(k), velocity]).collect();
-            self.oldest = 0;
-        }
-        self.past[self.oldest] = [position, velocity];
-        self.oldest = self.after(self.oldest);
-        let [older, newer] = [self.oldest, self.after(self.oldest)].map(|place| self.past[place]);
+        let Self { whole, period_s, past, .. } = self;
+        let past = past.get_or_insert_with(|| {
+            let back = |k: usize| position - (*whole + 2 - k) as f64 * *period_s * velocity;
+            DelayLine::of((0..*whole + 2).map(|k| [back(k), velocity]).collect())
+        });
+        let [newer, older] = past.pass([position, velocity]);
         [0, 1].map(|k| newer[k] + self.fraction * (older[k] - newer[k]))
-    }
-
-    fn after(&self, place: usize) -> usize {
-        if place + 1 == self.past.len() { 0 } else { place + 1 }
     }
 }
 

@@ -362,7 +362,7 @@ mod tests {
                 (hidden, "friction_drift"),
                 (ran_off, "width_m of local_friction"),
                 (Unidentified::SearchEnded { effects: 6 }, "6 effects, as many as are looked for"),
-                (open, "reaches 1.57 m, and motors have 60.0 mm at most"),
+                (open, "reaches 1.57 m, and the pitch of a motor is 60.0 mm at most"),
             ];
             for (unidentified, told) in all {
                 let grounds = Grounds { unidentified: Some(&unidentified), ..Grounds::default() };

@@ -60,13 +60,13 @@ pub enum Unidentified {
         /// Unit of the number.
         unit: &'static str,
     },
-    /// The period of a wave over place is longer than motors have it, and not told: its 95 % interval reaches beyond the longest that a fit may look for.
+    /// The period of a wave over place is longer than the pitch of any motor, and not told: its 95 % interval is wider than an octave, and reaches beyond the longest that a fit may look for.
     PeriodOpen {
         /// Effect id.
         effect: &'static str,
         /// Upper end of the interval, in `unit`.
         up_to: f64,
-        /// The longest that motors have, in `unit`.
+        /// The longest pitch of a motor, in `unit`.
         of_motor: f64,
         /// Unit of the period.
         unit: &'static str,
@@ -145,7 +145,7 @@ impl Grounds<'_> {
             Unidentified::PeriodOpen { effect, up_to, of_motor, unit } => {
                 let [up_to, of_motor] = [up_to, of_motor].map(|length| engineering(length, unit));
                 format!(
-                    "the period of {effect} is uncertain (its 95 % interval reaches {up_to}, and motors have {of_motor} at most), and a force that changes along the travel without \
+                    "the period of {effect} is uncertain (its 95 % interval reaches {up_to}, and the pitch of a motor is {of_motor} at most), and a force that changes along the travel without \
                      repeating does the same"
                 )
             }

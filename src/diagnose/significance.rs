@@ -55,8 +55,8 @@ impl Found {
     }
 }
 
-/// A wave of the motor's force that is longer than motors have it (`of_motor`), and whose period is not told: its 95 % interval reaches beyond the longest that a fit may look for, and
-/// is wider than an octave. With few periods on the travel, and no period for certain, its harmonics are a curve as any other: what changes along the travel without repeating is
+/// A wave of the motor's force that is longer than the pitch of any motor (`of_motor`), and whose period is not told: its 95 % interval reaches beyond the longest that a fit may look
+/// for, and is wider than an octave, within which the second harmonic of one period is the first of another. With few periods on the travel, and no period for certain, its harmonics are a curve as any other: what changes along the travel without repeating is
 /// fitted as well.
 fn open_period(fit: &Fit, of_motor: f64) -> Option<Unidentified> {
     let numbers = fit.hypothesis.free.iter().zip(fit.values.iter().zip(&fit.standard_errors));

@@ -71,9 +71,9 @@ pub trait Plant {
         false
     }
 
-    /// Whether the motor's force at the end of a step that was looked at has in it what forces other than the motor's do to the velocity, as far as the steps before tell it; else it is that
-    /// of an axis on which nothing else acts.
-    fn foresees_others(&self) -> bool {
+    /// Whether [`coast`](Plant::coast) takes the motor's force at the end of the step with the velocity as it goes on from the steps before, which includes what other forces do to it; else
+    /// with that of an axis on which only the motor acts.
+    fn includes_other_forces(&self) -> bool {
         false
     }
 

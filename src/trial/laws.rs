@@ -277,8 +277,8 @@ impl<P: Plant> Plant for Forged<P> {
         self.inner.restore(inner);
     }
 
-    fn foresees_others(&self) -> bool {
-        self.inner.foresees_others()
+    fn includes_other_forces(&self) -> bool {
+        self.inner.includes_other_forces()
     }
 
     fn carries_weight(&self) -> bool {

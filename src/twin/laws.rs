@@ -5,7 +5,7 @@ use crate::effect::{Door, Effect, motor_factor};
 use crate::guide::stick_slip::friction;
 use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepEquation, StepForce};
 use crate::machine::Machine;
-use crate::plant::{LoadFriction, Plant};
+use crate::plant::LoadFriction;
 use crate::sensor::End;
 use crate::solid::Weight;
 
@@ -44,8 +44,6 @@ pub(super) struct Laws {
     readings: Vec<Effect>,
     /// Weight along the joint, where there is any and the plant does not have it in itself.
     weight: Option<Weight>,
-    /// The current at the [`GAUSS`] points of a step.
-    current: [CurrentWithin; 2],
     loaded: Option<LoadFriction>,
 }
 
@@ -81,18 +79,8 @@ pub struct InitialForces {
 }
 
 impl Laws {
-    /// The machine's laws beside a plant, in its steps.
-    pub fn beside(machine: &Machine, plant: &impl Plant) -> Self {
-        let (carries_weight, foresees_others) = (plant.carries_weight(), plant.foresees_others());
-        let mut laws = Self::of(machine, carries_weight);
-        let circuit = machine.constants().circuit;
-        let within = |share| CurrentWithin::of(&circuit, share, plant.step_s(), foresees_others);
-        laws.current = GAUSS.map(within);
-        laws
-    }
-
-    /// The machine's laws over no time; those that a plant which `carries_weight` does not need left out.
-    fn of(machine: &Machine, carries_weight: bool) -> Self {
+    /// The machine's laws; those that a plant which `carries_weight` does not need left out.
+    pub fn of(machine: &Machine, carries_weight: bool) -> Self {
         let acting = machine.effects();
         let through = |door| acting.iter().filter(|e| e.acts_through(door)).cloned().collect::<Vec<_>>();
         let constants = machine.constants();
@@ -108,7 +96,6 @@ impl Laws {
             carried: acting.iter().map(Effect::carried).fold(0.0, f64::max),
             initial_share: acting.iter().map(Effect::initial_share).sum(),
             readings: through(Door::Reading),
-            current: GAUSS.map(|share| CurrentWithin::of(&constants.circuit, share, 0.0, carries_weight)),
             weight: machine.weight().filter(|_| !carries_weight),
             loaded: LoadFriction::of(machine),
         }
@@ -135,15 +122,22 @@ impl Laws {
         self.readings.is_empty() && self.transmissions.is_empty() && self.changes.is_empty()
     }
 
-    /// What laws that change the motor's force add to it over a step that begins at `position`.
+    /// What laws that change the motor's force add to it over a step, in N or N·m.
     ///
-    /// `others` is the sum of the other forces over the step before, this change included. It stands for that of the present step.
+    /// `others` is the sum of the other forces over the step before, in N or N·m, this change included. It stands for that of the present step. `within` tells the motor's force at
+    /// the [`GAUSS`] points of the step.
     #[inline(always)]
-    pub fn motor_change_over(&self, coast: Coast, position: f64, step_s: f64, others: f64) -> StepForce {
+    pub fn motor_change_over(
+        &self,
+        coast: Coast,
+        here: Here,
+        others: f64,
+        within: &[CurrentWithin; 2],
+    ) -> StepForce {
         if self.changes.is_empty() {
             StepForce::ZERO
         } else {
-            self.some_motor_change(coast, position, step_s, others)
+            self.some_motor_change(coast, here, others, within)
         }
     }
 
@@ -160,17 +154,23 @@ impl Laws {
     // Both are taken at two points of the step.
 
     #[inline(never)]
-    fn some_motor_change(&self, coast: Coast, position: f64, step_s: f64, others: f64) -> StepForce {
+    fn some_motor_change(
+        &self,
+        coast: Coast,
+        here: Here,
+        others: f64,
+        within: &[CurrentWithin; 2],
+    ) -> StepForce {
         let [begin_n, end_n] = coast.motor_force;
         let faster = coast.free_velocity - coast.velocity;
         let pushed = coast.under(StepForce::held(others));
         let at = |point: usize| {
-            let current = &self.current[point];
+            let current = &within[point];
             let motor_n = begin_n
                 + current.changed * (end_n - begin_n)
                 + current.bow * faster
                 + current.by_velocity * (pushed.free_velocity - coast.free_velocity);
-            let place = position + pushed.free_travel_until(GAUSS[point], step_s);
+            let place = here.position + pushed.free_travel_until(GAUSS[point], here.step_s);
             motor_n * (self.motor_factor(place, motor_n) - 1.0)
         };
         StepForce::at_gauss(at(0), at(1))

@@ -1,12 +1,14 @@
 //! The signal path around a plant: sensors, controller, amplifier, and the laws that act beside them.
 
+use super::current::CurrentWithin;
 use super::front::{Entry, Numbers};
 use super::laws::{Here, InitialForces, Laws, MOST_INVERSIONS, Resistance};
 use super::{Command, Sample, Sensing};
+use crate::controller::delay_line::DelayLine;
 use crate::controller::{Controller, EffortLimit, Filters, Gains, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
 use crate::drive::motor::Circuit;
-use crate::guide::{Coast, StepForce};
+use crate::guide::{Coast, GAUSS, StepForce};
 use crate::machine::Machine;
 use crate::plant::{Drive, Load, LoadFriction, Plant};
 use crate::sensor::{
@@ -28,10 +30,13 @@ pub(super) struct Path {
     effort_limit: Option<EffortLimit>,
     filters: Filters,
     amplifier: Amplifier,
-    commanded: Commanded,
+    /// Voltages commanded, in V.
+    commanded: DelayLine<f64>,
     /// Share of each step of a period in which the voltage of one period earlier is still applied.
     switches: Vec<f64>,
     laws: Laws,
+    /// The motor's force at the [`GAUSS`] points of a step.
+    within: [CurrentWithin; 2],
     encoder: Encoder,
     velocity_estimate: VelocityEstimate,
     reading_step: f64,
@@ -71,39 +76,12 @@ struct Moving {
     load_zero: f64,
     /// Motor and guide force of the step before.
     forces: [f64; 2],
-    /// All forces of the step before but that of the motor in proportion to its current.
+    /// Sum of all forces of the step before but that of the motor in proportion to its current, N or N·m.
     others: f64,
     /// Rise over the period of the force in the motor's place.
     thrust_rise: f64,
     /// Time of the session in s.
     clock_s: f64,
-}
-
-/// The voltages commanded last: as many as the delay needs.
-#[derive(Debug, Clone)]
-struct Commanded {
-    ring: Vec<f64>,
-    newest: usize,
-}
-
-impl Commanded {
-    fn steady(delay_periods: usize, effort_v: f64) -> Self {
-        Self { ring: vec![effort_v; delay_periods + 2], newest: 0 }
-    }
-
-    /// Takes the newest voltage and gives the one that the delay lets through, and the one before that.
-    #[inline]
-    fn pass(&mut self, effort_v: f64) -> [f64; 2] {
-        self.newest = self.after(self.newest);
-        self.ring[self.newest] = effort_v;
-        // The ring holds two more than the delay: the oldest is next to be overwritten.
-        let oldest = self.after(self.newest);
-        [self.ring[self.after(oldest)], self.ring[oldest]]
-    }
-
-    fn after(&self, place: usize) -> usize {
-        if place + 1 == self.ring.len() { 0 } else { place + 1 }
-    }
 }
 
 /// What the sensors show at a sample.
@@ -124,9 +102,12 @@ impl Path {
         let delay = SplitDelay::new(constants.amplifier.delay_s, constants.sample_period_s);
         Self {
             reference_delay: ReferenceDelay::new(description.reference.delay_s, constants.sample_period_s),
-            commanded: Commanded::steady(delay.periods, 0.0),
+            commanded: DelayLine::steady(delay.periods, 0.0),
             switches: switches(constants.sample_period_s, delay.fraction, step_s),
-            laws: Laws::beside(machine, plant),
+            laws: Laws::of(machine, plant.carries_weight()),
+            within: GAUSS.map(|share| {
+                CurrentWithin::of(&constants.circuit, share, step_s, plant.includes_other_forces())
+            }),
             encoder: description.encoder.clone(),
             load_sensor: description.load_sensor.clone(),
             current_sensor: description.current_sensor.clone(),
@@ -167,7 +148,7 @@ impl Path {
     /// Starts anew where the encoder shows `position`; the position of the plant.
     pub fn start(&mut self, position: f64, velocity: f64, effort_v: f64) -> f64 {
         let motor = self.laws.position_at(position, self.encoder.end);
-        self.commanded = Commanded::steady(self.commanded.ring.len() - 2, effort_v);
+        self.commanded = DelayLine::steady(self.commanded.delay(), effort_v);
         let moving = &mut self.moving;
         moving.velocity = VelocityMemory::moving(position, velocity, self.period_s);
         moving.memory = Memory::default();
@@ -250,7 +231,6 @@ impl Path {
             return None;
         };
         let gains = self.gains.filter(|_| plain && direct)?;
-        let count = self.commanded.ring.len();
         let numbers = Numbers {
             rate: 1.0 / self.period_s,
             share: self.period_s / (self.period_s + time_constant_s),
@@ -270,9 +250,7 @@ impl Path {
             previous: self.moving.velocity.newest_reading(),
             estimate: self.moving.velocity.estimate(),
             integral_v: self.moving.memory.integral_v,
-            commanded: (0..count)
-                .map(|k| self.commanded.ring[(self.commanded.newest + count - k) % count])
-                .collect(),
+            commanded: self.commanded.newest_first().collect(),
             is_split: self.switches[0] > 0.0,
             has_supply: self.amplifier.supply_v.is_some(),
             has_winding: self.has_winding,
@@ -382,7 +360,7 @@ impl Path {
         let push = self.laws.push_over(coast, here);
         let (before, others) = (self.moving.forces, self.moving.others);
         let change = match drive {
-            Drive::Voltage { .. } => self.laws.motor_change_over(coast, position, self.step_s, others),
+            Drive::Voltage { .. } => self.laws.motor_change_over(coast, here, others, &self.within),
             // A force in the motor's place was measured as it came out, changes included: its rise is left to add.
             Drive::Force(_) => {
                 StepForce { mean: 0.0, rise: self.moving.thrust_rise / self.switches.len() as f64 }
@@ -474,20 +452,6 @@ fn switches(period_s: f64, fraction: f64, step_s: f64) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn exact_delay_line_lets_through_what_was_commanded_before() {
-        for periods in 0..4 {
-            let mut commanded = Commanded::steady(periods, -1.0);
-            for k in 0..10_u32 {
-                let at = |back: usize| {
-                    let sample = i64::from(k) - back as i64;
-                    if sample < 0 { -1.0 } else { sample as f64 }
-                };
-                assert_eq!(commanded.pass(f64::from(k)), [at(periods), at(periods + 1)]);
-            }
-        }
-    }
 
     #[test]
     fn exact_steps_of_a_period_share_the_earlier_voltage() {

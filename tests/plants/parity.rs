@@ -88,8 +88,8 @@ fn ref_axis_and_rigid_body_scene_agree_with_friction() {
     assert_parity(&machine.with_settings(asymmetric).unwrap(), &CELLS[4..]);
 }
 
-/// The scene foresees the motor's force with friction and ripple in it, the axis without: both follow the current within a step, so that ripple adds nothing to what strong back-EMF
-/// makes between them.
+/// The scene takes the motor's force at the end of a step with friction and ripple in the velocity, the axis without: both follow the current within a step, so that ripple adds no more
+/// than the 0.1 nm of other laws to what strong back-EMF makes between them.
 #[test]
 fn ref_axis_and_rigid_body_scene_agree_with_ripple_beside_back_emf() {
     let push = [
@@ -110,7 +110,7 @@ fn ref_axis_and_rigid_body_scene_agree_with_ripple_beside_back_emf() {
     };
     let [alone, both] = [apart(&push), apart(&[&push[..], &ripple].concat())];
     println!("back-EMF alone {alone:.2e} m, with ripple {both:.2e} m");
-    assert!((both - alone).abs() < 0.1e-9, "{alone:e} m, with ripple {both:e} m");
+    assert!((both - alone).abs() < OTHER_LAWS_M, "{alone:e} m, with ripple {both:e} m");
 }
 
 /// Position overshoot, peak velocity over the feed and most negative velocity, in % of stroke and feed.
@@ -226,6 +226,9 @@ fn exact_axis_converges_below_what_a_diagnosis_sees() {
     }
 }
 
+/// What README states for the step error of the axis with laws that are not linear, presliding aside.
+const OTHER_LAWS_M: f64 = 0.1e-9;
+
 /// Back-EMF bends the current within a step, and the guide's force changes what it takes: the ripple of the force follows both.
 #[test]
 fn exact_ripple_beside_back_emf_converges_below_what_a_diagnosis_sees() {
@@ -242,7 +245,7 @@ fn exact_ripple_beside_back_emf_converges_below_what_a_diagnosis_sees() {
         let [coarse, fine] = [1, 64].map(|division| on_finer_axis(&machine, &reference, division));
         let error = rms_difference(&coarse.position, &fine.position);
         println!("{} keys: {error:.1e} m", settings.len());
-        assert!(error < 0.1e-9, "{settings:?}: {error:e} m");
+        assert!(error < OTHER_LAWS_M, "{settings:?}: {error:e} m");
     }
 }
 

@@ -277,8 +277,7 @@ impl Plant for MujocoRig {
         }
     }
 
-    /// The winding is looked ahead with the velocity that goes on as it did.
-    fn foresees_others(&self) -> bool {
+    fn includes_other_forces(&self) -> bool {
         true
     }
 

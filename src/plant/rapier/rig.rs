@@ -257,8 +257,7 @@ impl Plant for Rig {
         debug_assert!(fits, "snapshot of another plant");
     }
 
-    /// The winding is looked ahead with the velocity that goes on as it did.
-    fn foresees_others(&self) -> bool {
+    fn includes_other_forces(&self) -> bool {
         true
     }
 
