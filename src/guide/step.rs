@@ -78,6 +78,21 @@ impl Response {
         Self { mobility, compliance, rise_mobility, rise_travel, inverse }
     }
 
+    /// Its numbers, the inverse last.
+    #[inline(always)]
+    pub(crate) fn numbers(&self) -> [f64; 8] {
+        let Self { mobility, compliance, rise_mobility, rise_travel, inverse: [a, b, c, d] } = *self;
+        [mobility, compliance, rise_mobility, rise_travel, a, b, c, d]
+    }
+
+    /// The response with these [`numbers`](Self::numbers).
+    #[inline(always)]
+    pub(crate) fn of_numbers(
+        [mobility, compliance, rise_mobility, rise_travel, inverse @ ..]: [f64; 8],
+    ) -> Self {
+        Self { mobility, compliance, rise_mobility, rise_travel, inverse }
+    }
+
     /// The inverse: mean by velocity and displacement, rise by velocity and displacement.
     pub fn inverse(&self) -> [f64; 4] {
         self.inverse

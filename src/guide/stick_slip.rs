@@ -49,10 +49,11 @@ pub fn friction(coast: Coast, step_s: f64, resistance: impl Fn(f64, f64) -> f64)
         return from_rest(coast, step_s, Stop { share: 0.0, travel: 0.0 }, resistance);
     }
     let sag = mobility * direction * coast.push(step_s).rise / 8.0;
-    let (onward, level) =
-        slide(direction * free_velocity, speed, mobility, sag, |w| resistance(direction, w));
+    let begin = resistance(direction, speed);
+    let slide = Slide { free_speed: direction * free_velocity, speed, mobility, sag, begin };
+    let Onward { speed: onward, level, .. } = slide.solve(|w| resistance(direction, w));
     if onward >= 0.0 {
-        let rise = direction * (resistance(direction, speed) - resistance(direction, onward));
+        let rise = direction * (begin - resistance(direction, onward));
         return StepForce { mean: -direction * level, rise };
     }
     // Simpson's rule over the velocities until rest.
@@ -123,8 +124,9 @@ fn from_rest(coast: Coast, step_s: f64, stop: Stop, resistance: impl Fn(f64, f64
     let mean = direction * 0.5 * (push.at(share) + push.end);
     let mobility = left * coast.response.mobility;
     let sag = mobility * direction * (push.end - push.at(share)) / 8.0;
-    let (onward, _) = slide(mobility * mean, 0.0, mobility, sag, |w| resistance(direction, w));
-    let onward = onward.max(0.0);
+    let begin = resistance(direction, 0.0);
+    let slide = Slide { free_speed: mobility * mean, speed: 0.0, mobility, sag, begin };
+    let onward = slide.solve(|w| resistance(direction, w)).speed.max(0.0);
     // From rest under a force that moves linearly: a half of the end's speed, less a part that its rise delays.
     let delayed = mobility * direction * (push.end - push.at(share)) / 12.0;
     let way = (0.5 * onward - delayed).max(0.0) * left * step_s;
@@ -147,32 +149,70 @@ fn breakaway(push: Push, share: f64, resistance: &impl Fn(f64, f64) -> f64) -> O
     Some(((beyond / push.change()).clamp(share, 1.0), direction))
 }
 
-/// Speed at the end of a step that keeps its direction, negative when it would not, and the mean resistance; `sag` is what
-/// the speed in the middle of the step lacks to the mean of those at its ends, since the push rises.
-#[inline(always)]
-fn slide(
-    free_speed: f64,
-    speed: f64,
-    mobility: f64,
-    sag: f64,
-    resistance: impl Fn(f64) -> f64,
-) -> (f64, f64) {
-    const ITERATIONS: usize = 4;
-    let begin = resistance(speed);
-    let (mut level, mut end) = (begin, free_speed - mobility * begin);
-    for _ in 0..ITERATIONS {
-        let last = end.max(0.0);
-        // Simpson's rule over the step.
-        let middle = resistance((0.5 * (speed + last) - sag).max(0.0));
-        level = middle + (begin - 2.0 * middle + resistance(last)) / 6.0;
-        let next = free_speed - mobility * level;
-        // Fixed-point steps contract by β·|R'|/2, which is 10⁻² and less at servo sample rates.
-        if (next - end).abs() <= 1e-15 * speed.max(free_speed.abs()) {
-            return (next, level);
-        }
-        end = next;
+/// A step that keeps its direction: friction and the speed at its end belong together.
+///
+/// # Model
+/// `w₁ = w_free − β·R̄`, with the mean R̄ of the resistance over the speeds from w₀ to w₁ by Simpson's rule, solved by fixed-point steps, which contract
+/// by β·|R'|/2: 10⁻² and less at servo sample rates. Straight-line arithmetic, so that several axes can take each step together.
+#[derive(Debug, Clone, Copy)]
+pub struct Slide {
+    /// Speed at the end of the step without friction, along the direction of motion.
+    pub free_speed: f64,
+    /// Speed at its beginning.
+    pub speed: f64,
+    /// β, what a unit of mean force changes of the speed at the end.
+    pub mobility: f64,
+    /// What the speed in the middle of the step lacks to the mean of those at its ends, since the push rises.
+    pub sag: f64,
+    /// Resistance at the beginning.
+    pub begin: f64,
+}
+
+/// Where a fixed-point step of a [`Slide`] has come.
+#[derive(Debug, Clone, Copy)]
+pub struct Onward {
+    /// Speed at the end of the step, negative where it would not keep its direction.
+    pub speed: f64,
+    /// Mean resistance.
+    pub level: f64,
+    /// Whether the last step changed the speed by no more than rounding.
+    pub is_found: bool,
+}
+
+/// Fixed-point steps of a [`Slide`], at most.
+pub const SLIDE_STEPS: usize = 4;
+
+impl Slide {
+    /// Where the search begins: with the resistance of the step's beginning.
+    #[inline(always)]
+    pub fn begin(&self) -> Onward {
+        let speed = self.free_speed - self.mobility * self.begin;
+        Onward { speed, level: self.begin, is_found: false }
     }
-    (end, level)
+
+    /// One fixed-point step.
+    #[inline(always)]
+    pub fn advance(&self, from: Onward, resistance: impl Fn(f64) -> f64) -> Onward {
+        let Self { free_speed, speed, mobility, sag, begin } = *self;
+        let last = from.speed.max(0.0);
+        let middle = resistance((0.5 * (speed + last) - sag).max(0.0));
+        let level = middle + (begin - 2.0 * middle + resistance(last)) / 6.0;
+        let next = free_speed - mobility * level;
+        let is_found = (next - from.speed).abs() <= 1e-15 * speed.max(free_speed.abs());
+        Onward { speed: next, level, is_found }
+    }
+
+    #[inline(always)]
+    fn solve(&self, resistance: impl Fn(f64) -> f64) -> Onward {
+        let mut onward = self.begin();
+        for _ in 0..SLIDE_STEPS {
+            onward = self.advance(onward, &resistance);
+            if onward.is_found {
+                break;
+            }
+        }
+        onward
+    }
 }
 
 #[cfg(test)]

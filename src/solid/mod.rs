@@ -23,7 +23,7 @@ use nalgebra::{Isometry3, Unit, Vector3};
 pub use self::import::{Movable, movable_joints};
 pub use self::mass::MassProperties;
 pub use self::mesh::Mesh;
-pub use self::weight::{GRAVITY_M_PER_S2, Weight};
+pub use self::weight::{GRAVITY_M_PER_S2, SMALL_RAD, Weight};
 use crate::error::{Error, ErrorKind, Result};
 use crate::units::Motion;
 

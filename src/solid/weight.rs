@@ -40,7 +40,7 @@ pub struct Weight {
 }
 
 /// Angle up to which five terms of each series are exact to rounding: the first left out is 3·10⁻¹⁷ of the cosine.
-const SMALL_RAD: f64 = 0.1;
+pub const SMALL_RAD: f64 = 0.1;
 /// Angle up to which three terms are: the first left out is 2·10⁻¹⁷ of the cosine.
 const TINY_RAD: f64 = 5e-3;
 
@@ -48,14 +48,27 @@ const TINY_RAD: f64 = 5e-3;
 #[inline(always)]
 fn near_zero(angle: f64) -> (f64, f64) {
     if angle.abs() > SMALL_RAD {
-        return angle.sin_cos();
+        angle.sin_cos()
+    } else if angle.abs() < TINY_RAD {
+        tiny(angle)
+    } else {
+        small(angle)
     }
+}
+
+/// Those of an angle up to [`TINY_RAD`].
+#[inline(always)]
+fn tiny(angle: f64) -> (f64, f64) {
+    let square = angle * angle;
+    let sine = angle * (1.0 + square * (-1.0 / 6.0 + square * (1.0 / 120.0)));
+    (sine, 1.0 + square * (-0.5 + square * (1.0 / 24.0)))
+}
+
+/// Those of an angle up to [`SMALL_RAD`].
+#[inline(always)]
+fn small(angle: f64) -> (f64, f64) {
     // Products in the place of divisions, each of which would wait for the one before.
     let square = angle * angle;
-    if angle.abs() < TINY_RAD {
-        let sine = angle * (1.0 + square * (-1.0 / 6.0 + square * (1.0 / 120.0)));
-        return (sine, 1.0 + square * (-0.5 + square * (1.0 / 24.0)));
-    }
     let sine = angle
         * (1.0
             + square
@@ -104,14 +117,44 @@ impl Weight {
     /// The effort near a position, by the displacement from there.
     #[inline(always)]
     pub fn near(&self, position: f64) -> impl Fn(f64) -> f64 + Copy {
-        let [sine, cosine] = sin_cos_turns(position / TAU);
-        let here = self.by_cosine * cosine + self.by_sine * sine;
-        let slope = self.by_sine * cosine - self.by_cosine * sine;
-        let constant = self.constant;
+        let [constant, here, slope] = self.about(position);
         move |way: f64| {
             let (sine, cosine) = near_zero(way);
             constant + here * cosine + slope * sine
         }
+    }
+
+    /// The same for displacements up to [`SMALL_RAD`], without a branch: several axes go through it together.
+    #[inline(always)]
+    pub fn very_near(&self, position: f64) -> impl Fn(f64) -> f64 + Copy {
+        let [constant, here, slope] = self.about(position);
+        move |way: f64| {
+            let (tiny, small) = (tiny(way), small(way));
+            let is_tiny = way.abs() < TINY_RAD;
+            let sine = if is_tiny { tiny.0 } else { small.0 };
+            let cosine = if is_tiny { tiny.1 } else { small.1 };
+            constant + here * cosine + slope * sine
+        }
+    }
+
+    /// What is the same everywhere, what a cosine and what a sine of the displacement from a position makes beside it.
+    #[inline(always)]
+    fn about(&self, position: f64) -> [f64; 3] {
+        let [sine, cosine] = sin_cos_turns(position / TAU);
+        let here = self.by_cosine * cosine + self.by_sine * sine;
+        [self.constant, here, self.by_sine * cosine - self.by_cosine * sine]
+    }
+
+    /// Its numbers: what is the same everywhere, what goes with the cosine and with the sine of the position.
+    #[inline(always)]
+    pub fn numbers(&self) -> [f64; 3] {
+        [self.constant, self.by_cosine, self.by_sine]
+    }
+
+    /// The weight with these [`numbers`](Self::numbers).
+    #[inline(always)]
+    pub fn of_numbers([constant, by_cosine, by_sine]: [f64; 3]) -> Self {
+        Self { constant, by_cosine, by_sine }
     }
 
     /// Whether it is the same at every position: that of a prismatic axis.

@@ -2,7 +2,8 @@
 
 use super::front::{Entry, Front};
 use super::laws::Resistance;
-use super::path::{Acting, Path};
+use super::path::{Acting, Begun, Path};
+use super::slides::Slides;
 use super::{Command, Sample, Twin};
 use crate::guide::{StepEquations, StepForce};
 use crate::plant::Drive;
@@ -34,6 +35,8 @@ pub struct Batch {
     friction: Option<Friction>,
     /// Bristles of the guides, axis by axis.
     bristles: StepEquations<LANES>,
+    /// Weight and friction of twins that slide on or stay stuck, where no guide has bristles.
+    slides: Option<Slides<LANES>>,
 }
 
 impl Batch {
@@ -59,7 +62,8 @@ impl Batch {
         }
         let front = if driven == Driven::ByControllers { front(&paths) } else { None };
         let friction = constant_friction(&paths);
-        Ok(Self { paths, axes, driven, front, friction, bristles: StepEquations::default() })
+        let slides = paths.iter().all(Path::may_slide).then(|| Slides::new(axes.step_s()));
+        Ok(Self { paths, axes, driven, front, friction, bristles: StepEquations::default(), slides })
     }
 
     /// Number of twins.
@@ -151,13 +155,59 @@ impl Batch {
                 [None; LANES]
             }
         };
+        let drives = |lane: usize, path: &Path| path.drive(step, [now[lane], earlier[lane]], thrust(lane));
         let mut forces = found.map(|force| force.unwrap_or(StepForce::ZERO));
+        if self.slides.is_some() {
+            self.slide(drives, &found, &mut forces);
+        } else {
+            self.resist(drives, &found, &mut forces);
+        }
+        self.axes.advance(&forces);
+    }
+
+    /// Forces of the twins that have none yet, where no guide has bristles.
+    #[inline(always)]
+    fn slide(
+        &mut self,
+        drive: impl Fn(usize, &Path) -> Drive,
+        found: &[Option<StepForce>; LANES],
+        forces: &mut [StepForce; LANES],
+    ) {
+        let Self { paths, axes, slides: Some(slides), .. } = self else { return };
+        let mut begun: [Option<Begun>; LANES] = [None; LANES];
+        for (lane, path) in paths.iter_mut().enumerate().filter(|(lane, _)| found[*lane].is_none()) {
+            let step = path.begin(drive(lane, path), axes.coast(lane), axes.position(lane), || None);
+            slides.set(lane, &path.sliding(&step));
+            begun[lane] = Some(step);
+        }
+        slides.solve_together(axes.arch());
+        for (lane, path) in paths.iter_mut().enumerate() {
+            let Some(begun) = &begun[lane] else { continue };
+            let bristle = path.bristle_force();
+            let (acting, friction) = match slides.answer(lane) {
+                Some([weight, friction]) => (begun.under(weight), friction),
+                None => {
+                    let (acting, resistance) = path.resist(begun);
+                    (acting, resistance.resolved(bristle).0)
+                }
+            };
+            let [motor, guide] = path.end(&acting, (friction, bristle));
+            forces[lane] = motor + guide;
+        }
+    }
+
+    /// Forces of the twins that have none yet, whatever their guides have.
+    #[inline(always)]
+    fn resist(
+        &mut self,
+        drive: impl Fn(usize, &Path) -> Drive,
+        found: &[Option<StepForce>; LANES],
+        forces: &mut [StepForce; LANES],
+    ) {
         let mut waiting: [Option<Acting>; LANES] = [None; LANES];
-        let unknown = |(lane, _): &(usize, &mut Path)| found[*lane].is_none();
-        for (lane, path) in self.paths.iter_mut().enumerate().filter(unknown) {
-            let drive: Drive = path.drive(step, [now[lane], earlier[lane]], thrust(lane));
+        for (lane, path) in self.paths.iter_mut().enumerate().filter(|(lane, _)| found[*lane].is_none()) {
             let (coast, position) = (self.axes.coast(lane), self.axes.position(lane));
-            match path.act(drive, coast, position, || None) {
+            match path.act(drive(lane, path), coast, position, || None) {
                 (acting, Resistance::Bristles(equation)) => {
                     self.bristles.set(lane, &equation);
                     waiting[lane] = Some(acting);
@@ -178,7 +228,6 @@ impl Batch {
                 forces[lane] = motor + guide;
             }
         }
-        self.axes.advance(&forces);
     }
 }
 

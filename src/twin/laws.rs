@@ -1,6 +1,7 @@
 //! The laws that act along the signal path while the twin runs.
 
 use super::current::CurrentWithin;
+use super::slides::SlidingStep;
 use crate::effect::{Door, Effect, motor_factor};
 use crate::guide::stick_slip::friction;
 use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepEquation, StepForce};
@@ -190,6 +191,12 @@ impl Laws {
         StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
     }
 
+    /// Levels of friction in proportion to a load in the positive and the negative direction, from those of that friction, where there is any.
+    #[inline(always)]
+    pub fn loaded(&self, levels: impl FnMut(&LoadFriction) -> [f64; 2]) -> [f64; 2] {
+        self.loaded.as_ref().map_or([0.0; 2], levels)
+    }
+
     /// Weight and dry friction over a step, see [`friction`](Self::friction).
     #[inline(always)]
     pub fn weight_and_friction(
@@ -197,15 +204,45 @@ impl Laws {
         coast: Coast,
         here: Here,
         bristle_force: f64,
-        mut levels: impl FnMut(&LoadFriction) -> [f64; 2],
+        loaded: [f64; 2],
     ) -> (StepForce, Resistance) {
         match &self.weight {
-            None => (StepForce::ZERO, self.friction(coast, here, bristle_force, &mut levels)),
+            None => (StepForce::ZERO, self.friction(coast, here, bristle_force, loaded)),
             Some(weight) if weight.is_constant() => {
                 let pull = StepForce::held(weight.effort(here.position));
-                (pull, self.friction(coast.under(pull), here, bristle_force, &mut levels))
+                (pull, self.friction(coast.under(pull), here, bristle_force, loaded))
             }
-            Some(weight) => self.under_weight(weight, coast, here, bristle_force, levels),
+            Some(weight) => self.under_weight(weight, coast, here, bristle_force, loaded),
+        }
+    }
+
+    /// Whether weight and dry friction are there and among those that several twins take [together](super::slides): no bristles, and friction that does
+    /// not depend on the way that weight makes of the step.
+    pub fn may_slide(&self) -> bool {
+        let weight_varies = self.weight.is_some_and(|weight| !weight.is_constant());
+        let (has_place_or_time, is_loaded) = (self.dry.has_place_or_time(), self.loaded.is_some());
+        let is_dry = self.constant != [0.0; 2] || self.varies() || is_loaded || has_place_or_time;
+        self.dry.bristle.is_none()
+            && (is_dry || self.weight.is_some())
+            && !(weight_varies && has_place_or_time)
+    }
+
+    /// What weight and dry friction of a step depend on, of laws that [may slide](Self::may_slide).
+    #[inline(always)]
+    pub fn sliding(&self, coast: Coast, here: Here, loaded: [f64; 2]) -> SlidingStep {
+        let Here { position, step_s, clock_s } = here;
+        let middle = || {
+            let pull = self.weight.map_or(0.0, |weight| weight.effort(position));
+            let way = coast.under(StepForce::held(pull)).free_travel;
+            [position + 0.5 * way, clock_s + 0.5 * step_s]
+        };
+        SlidingStep {
+            coast,
+            position,
+            weight: self.weight.map_or([0.0; 3], |weight| weight.numbers()),
+            constant: self.constant,
+            level: self.dry.level_over(loaded, self.dry.has_place_or_time().then(middle)),
+            drag: self.drag,
         }
     }
 
@@ -225,45 +262,27 @@ impl Laws {
         coast: Coast,
         here: Here,
         bristle_force: f64,
-        levels: impl FnMut(&LoadFriction) -> [f64; 2],
+        loaded: [f64; 2],
     ) -> (StepForce, Resistance) {
         let near = weight.near(here.position);
         let pull = |coast: Coast| coast.force_over(0.0, here.step_s, near);
         let falling = coast.under(pull(coast));
-        let held = self.friction_at_first(falling, here.step_s, bristle_force);
+        let held = match &self.dry.bristle {
+            Some(_) => bristle_force,
+            None => friction_at_first(falling, here.step_s, self.constant),
+        };
         let pull = pull(falling.under(StepForce::held(held)));
-        (pull, self.friction(coast.under(pull), here, bristle_force, levels))
-    }
-
-    /// Dry friction at the beginning of a step in N or N·m, positive in the joint's positive direction, without what depends on load, speed, place or time. Of an axis at
-    /// rest it is what holds the push of the step, up to the level of friction at rest.
-    #[inline(always)]
-    fn friction_at_first(&self, coast: Coast, step_s: f64, bristle_force: f64) -> f64 {
-        let [positive, negative] = self.constant;
-        match coast.velocity {
-            _ if self.dry.bristle.is_some() => bristle_force,
-            v if v > 0.0 => -positive,
-            v if v < 0.0 => negative,
-            // What does not slide yet is held.
-            _ => -coast.push(step_s).mean.min(positive).max(-negative),
-        }
+        (pull, self.friction(coast.under(pull), here, bristle_force, loaded))
     }
 
     /// Dry friction of the guide over a step, from the bristles' force at its beginning.
     ///
-    /// `levels` gives those of friction in proportion to a load, asked for only where there is such friction. A level that depends on place or time is
+    /// `loaded` are the levels of friction in proportion to a load, see [`loaded`](Self::loaded). A level that depends on place or time is
     /// taken in the middle of the step.
     #[inline(always)]
-    pub fn friction(
-        &self,
-        coast: Coast,
-        here: Here,
-        bristle_force: f64,
-        mut levels: impl FnMut(&LoadFriction) -> [f64; 2],
-    ) -> Resistance {
+    pub fn friction(&self, coast: Coast, here: Here, bristle_force: f64, loaded: [f64; 2]) -> Resistance {
         let Here { position, step_s, clock_s } = here;
         let varies = self.varies();
-        let loaded = self.loaded.as_ref().map_or([0.0; 2], &mut levels);
         let has_place_or_time = self.dry.has_place_or_time();
         if self.loaded.is_none() && !has_place_or_time && self.dry.bristle.is_none() && !varies {
             if self.constant == [0.0; 2] {
@@ -373,6 +392,16 @@ impl Laws {
         let slope = (shown(reading + 1.0) - shown(reading)).abs().max(1e-3);
         (0..MOST_INVERSIONS).fold(reading, |motor, _| motor + (reading - shown(motor)) / slope)
     }
+}
+
+/// Dry friction at the beginning of a step in N or N·m, positive in the joint's positive direction, without what depends on load, speed, place or time:
+/// `constant` in the positive and the negative direction. Of an axis at rest it is what holds the push of the step, up to the level of friction at rest.
+#[inline(always)]
+pub(super) fn friction_at_first(coast: Coast, step_s: f64, [positive, negative]: [f64; 2]) -> f64 {
+    // What does not slide yet is held.
+    let held = -coast.push(step_s).mean.min(positive).max(-negative);
+    let backward = if coast.velocity < 0.0 { negative } else { held };
+    if coast.velocity > 0.0 { -positive } else { backward }
 }
 
 /// The number of a direction, from those of the positive and of the negative one.

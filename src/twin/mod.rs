@@ -14,6 +14,7 @@ mod front;
 mod laws;
 mod linear;
 mod path;
+mod slides;
 
 pub use batch::{Batch, Driven};
 pub use laws::{InitialForces, load_positions};

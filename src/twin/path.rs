@@ -3,6 +3,7 @@
 use super::current::CurrentWithin;
 use super::front::{Entry, Numbers};
 use super::laws::{Here, InitialForces, Laws, MOST_INVERSIONS, Resistance};
+use super::slides::SlidingStep;
 use super::{Command, Sample, Sensing};
 use crate::controller::delay_line::DelayLine;
 use crate::controller::{Controller, EffortLimit, Filters, Gains, Input, Memory, ReferenceDelay};
@@ -59,6 +60,25 @@ pub(super) struct Acting {
     /// Mean of the motor's force.
     motor: f64,
     weight: StepForce,
+}
+
+/// A step of which weight and dry friction are still to be found.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Begun {
+    acting: Acting,
+    /// The step under all else.
+    coast: Coast,
+    here: Here,
+    /// Levels of friction in proportion to a load.
+    loaded: [f64; 2],
+}
+
+impl Begun {
+    /// What acts over the step beside dry friction, under this weight.
+    #[inline(always)]
+    pub fn under(&self, weight: StepForce) -> Acting {
+        Acting { weight, ..self.acting }
+    }
 }
 
 /// What moves beside the plant.
@@ -352,8 +372,21 @@ impl Path {
         drive: Drive,
         coast: Coast,
         position: f64,
-        mut loads: impl FnMut() -> Option<[f64; 4]>,
+        loads: impl FnMut() -> Option<[f64; 4]>,
     ) -> (Acting, Resistance) {
+        let begun = self.begin(drive, coast, position, loads);
+        self.resist(&begun)
+    }
+
+    /// What acts over the step that was looked at but for weight and dry friction.
+    #[inline(always)]
+    pub fn begin(
+        &mut self,
+        drive: Drive,
+        coast: Coast,
+        position: f64,
+        mut loads: impl FnMut() -> Option<[f64; 4]>,
+    ) -> Begun {
         let [begin_n, end_n] = coast.motor_force;
         let here = Here { position, step_s: self.step_s, clock_s: self.moving.clock_s };
         self.moving.clock_s += self.step_s;
@@ -371,9 +404,28 @@ impl Path {
             Load::Sliders(_) => of.levels(loads(), before, position),
             Load::Transmitted(_) => of.levels(None, [motor, before[1]], position),
         };
-        let coast = coast.under(change + push);
-        let (weight, resistance) = self.laws.weight_and_friction(coast, here, self.moving.bristle, levels);
-        (Acting { push, change, motor, weight }, resistance)
+        let loaded = self.laws.loaded(levels);
+        let acting = Acting { push, change, motor, weight: StepForce::ZERO };
+        Begun { acting, coast: coast.under(change + push), here, loaded }
+    }
+
+    /// With the weight, and the dry friction, that of bristles still to be found.
+    #[inline(always)]
+    pub fn resist(&self, begun: &Begun) -> (Acting, Resistance) {
+        let Begun { coast, here, loaded, .. } = *begun;
+        let (weight, resistance) = self.laws.weight_and_friction(coast, here, self.moving.bristle, loaded);
+        (begun.under(weight), resistance)
+    }
+
+    /// See [`Laws::may_slide`].
+    pub fn may_slide(&self) -> bool {
+        self.laws.may_slide()
+    }
+
+    /// See [`Laws::sliding`].
+    #[inline(always)]
+    pub fn sliding(&self, begun: &Begun) -> SlidingStep {
+        self.laws.sliding(begun.coast, begun.here, begun.loaded)
     }
 
     /// The forces of [`forces`](Self::forces), once the friction is found and the bristles' force at the end.

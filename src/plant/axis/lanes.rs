@@ -98,6 +98,11 @@ impl Lanes {
         }
     }
 
+    /// Length of a step in s.
+    pub fn step_s(&self) -> f64 {
+        self.axes[0].step_s
+    }
+
     /// Number of axes.
     pub fn len(&self) -> usize {
         self.axes.len()
