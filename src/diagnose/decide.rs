@@ -188,7 +188,7 @@ impl Evidence {
 /// A fatal finding in the data forbids every verdict but `unknown`.
 ///
 /// A reference that no explanation fits forbids every verdict but `unknown`. One that is explained for nine tenths forbids none: the rest is noise
-/// of the comparison, and a change has to stand out of it. One that is `undecided` forbids none: its explanations
+/// of the comparison, and a change has to stand out of it; where its explanation is not identified, effects are named in part only. One that is `undecided` forbids none: its explanations
 /// predict it alike, so what changed since does not depend on the choice among them; only the values before do.
 ///
 /// An explanation that is not identified forbids every verdict but `unknown`: an effect of it is not significant, or a number is at the bound
@@ -339,7 +339,7 @@ mod tests {
         }
     }
 
-    const UNEXPLAINED: Before = Before { is_explained: false, gap_after: 5.0 };
+    const UNEXPLAINED: Before = Before { is_explained: false, is_identified: true, gap_after: 5.0 };
 
     #[test]
     fn exact_a_reference_without_an_explanation_withholds_every_verdict() {
@@ -400,6 +400,18 @@ mod tests {
             assert_eq!(decided(evident, &Grounds::default()), (evident, None));
             let reference = Some(Before { is_explained: true, ..UNEXPLAINED });
             assert_eq!(decided(evident, &Grounds { reference, ..Grounds::default() }), (evident, None));
+        }
+    }
+
+    #[test]
+    fn exact_a_reference_that_is_not_identified_withholds_what_names_effects() {
+        let reference = Some(Before { is_explained: true, is_identified: false, gap_after: 67.0 });
+        for evident in ALL {
+            let (verdict, withheld) = decided(evident, &Grounds { reference, ..Grounds::default() });
+            let names_effects = matches!(evident, Verdict::Cause | Verdict::Unknown);
+            let by = names_effects.then_some(Veto::Reference);
+            let expected = if names_effects { Verdict::Unknown } else { evident };
+            assert_eq!((verdict, withheld.map(|withheld| withheld.by)), (expected, by));
         }
     }
 

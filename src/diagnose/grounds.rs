@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub enum Veto {
     /// A column is certainly not what it is taken for: any explanation would be about that.
     Data,
-    /// No explanation fits the reference of a comparison: what it leaves open cannot be told from a change.
+    /// No explanation fits the reference of a comparison, or none that is identified: what it describes wrongly cannot be told from a change.
     Reference,
     /// Of the explanation that predicts best an effect is not significant, or a number is at the bound of its range.
     Unidentified,
@@ -37,6 +37,8 @@ pub struct Withheld {
 pub struct Before {
     /// Whether an explanation fits it, or closes its gap for the most part.
     pub is_explained: bool,
+    /// Whether that explanation is identified, or leaves no more than a small gap.
+    pub is_identified: bool,
     /// G that is left of it.
     pub gap_after: f64,
 }
@@ -117,10 +119,11 @@ fn contradicted(contradiction: Contradiction) -> Withheld {
 }
 
 impl Grounds<'_> {
-    /// What forbids the verdict that the evidence would give; the rigid-body proof counts where a verdict rests on it.
-    pub fn withhold(&self, rests_on_proof: bool) -> Option<Withheld> {
-        let proof = || rests_on_proof.then(|| self.failed_proof()).flatten();
-        let first = self.faulty_data().or_else(|| self.unexplained_reference());
+    /// What forbids the verdict that the evidence would give; a reference that is not identified and the rigid-body proof count where the verdict names effects.
+    pub fn withhold(&self, names_effects: bool) -> Option<Withheld> {
+        let proof = || names_effects.then(|| self.failed_proof()).flatten();
+        let baseline = || names_effects.then(|| self.unidentified_reference()).flatten();
+        let first = self.faulty_data().or_else(|| self.unexplained_reference()).or_else(baseline);
         first.or_else(|| self.not_identified()).or_else(proof)
     }
 
@@ -183,6 +186,16 @@ impl Grounds<'_> {
         let reason = format!(
             "No explanation fits the reference (a gap of {:.3} × noise is left of it): what the twin lacks of the machine before cannot be \
              told from what changed since.",
+            reference.gap_after
+        );
+        Some(Withheld { by: Veto::Reference, reason })
+    }
+
+    fn unidentified_reference(&self) -> Option<Withheld> {
+        let reference = self.reference.filter(|reference| !reference.is_identified)?;
+        let reason = format!(
+            "The explanation of the reference is not identified, and leaves a gap of {:.1} × noise of it: with another one that predicts it as well, something else may have \
+             changed.",
             reference.gap_after
         );
         Some(Withheld { by: Veto::Reference, reason })

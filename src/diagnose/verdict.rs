@@ -16,7 +16,7 @@ use super::noise::Source;
 use super::prove::RigidBody;
 use super::residual_whiteness::ResidualWhiteness;
 use super::shape::Shape;
-use super::thresholds::{ADEQUATE_GAP, LARGELY};
+use super::thresholds::{ADEQUATE_GAP, LARGELY, SMALL_GAP};
 pub use super::training_gap::{Stretch, TrainingGap};
 use super::untested::Untested;
 use super::visibility::NotExamined;
@@ -254,6 +254,13 @@ impl Reference {
         let may_be = matches!(self.withheld, None | Some(Veto::Unidentified | Veto::Stretch));
         let leaves_little = self.gap_after <= ADEQUATE_GAP || self.open_share() <= 1.0 - LARGELY;
         self.verdict != Verdict::Unknown || may_be && leaves_little
+    }
+
+    /// Whether its explanation is identified by its own runs, or leaves no more than a small gap of it. One that is not describes something wrongly, and which
+    /// change makes up for that hangs on how.
+    pub fn is_identified(&self) -> bool {
+        let is_withheld = self.verdict == Verdict::Unknown && self.withheld == Some(Veto::Unidentified);
+        !is_withheld || self.gap_after <= SMALL_GAP
     }
 
     /// Share of its gap's power above noise that the baseline leaves open.

@@ -147,6 +147,60 @@ fn exact_a_batch_of_another_machine_is_its_twins() {
     assert_same(&machines, Driven::ByControllers, &commands(&stated, 0.1, 0.1), "direct motor");
 }
 
+/// Weight that turns with the axis, with friction of every kind that has no bristles, in proportion to load among them: what slides on and what stays stuck is found for all
+/// of them together, and the rest one by one.
+#[test]
+fn exact_a_batch_of_pendulums_is_its_twins() {
+    let coulomb = ("effect.coulomb_friction.torque_nm", 0.01);
+    let asymmetric = [coulomb, ("effect.asymmetric_friction.coulomb_asymmetry", 0.3)];
+    let stribeck = [
+        coulomb,
+        ("effect.load_dependent_friction.coefficient", 0.3),
+        ("effect.stribeck_friction.peak_ratio", 1.6),
+        ("effect.stribeck_friction.stribeck_velocity_rad_per_s", 0.05),
+    ];
+    let drifting = [coulomb, ("effect.friction_drift.rate_per_s", 0.05)];
+    let stated = machine("xl330");
+    let commands = commands(&stated, 1.0, 3.0);
+    for law in [&[][..], &[coulomb], &asymmetric, &stribeck, &drifting] {
+        let base = with(&stated, law);
+        let one = |key: &'static str, value: f64| with(&base, &[(key, value)]);
+        let machines = [
+            base.clone(),
+            one("guide.viscous_nm_s_per_rad", 2e-3),
+            one("effect.payload.inertia_kg_m2", 1e-3),
+            one("effect.force_constant.factor", 1.1),
+            one("effect.position_gain.factor", 1.5),
+            one("effect.encoder_zero.zero_rad", 0.05),
+        ];
+        let what = law.last().map_or("no friction", |(key, _)| *key);
+        assert_same(&machines, Driven::ByControllers, &commands, what);
+        let machines = &machines[..5];
+        let wave = |k: usize| 0.8 * (k as f64 * 0.004).sin();
+        let effort = |(k, command): (usize, &Command)| Command { effort_v: Some(wave(k)), ..*command };
+        let efforts: Vec<Command> = commands.iter().enumerate().map(effort).collect();
+        assert_same(machines, Driven::ByEffort, &efforts, what);
+    }
+}
+
+/// Friction of a place and friction that drifts, on a guide without bristles.
+#[test]
+fn exact_a_batch_with_friction_of_a_place_is_its_twins() {
+    let stated = machine("grinder");
+    let law = [
+        ("effect.coulomb_friction.force_n", 12.0),
+        ("effect.local_friction.force_n", 8.0),
+        ("effect.local_friction.centre_m", 0.012),
+        ("effect.local_friction.width_m", 0.01),
+        ("effect.friction_drift.rate_per_s", 0.05),
+        ("effect.asymmetric_friction.viscous_asymmetry", 0.2),
+    ];
+    let commands = commands(&stated, 0.03, 0.2667);
+    for laws in 4..=law.len() {
+        assert_same(&around(&with(&stated, &law[..laws])), Driven::ByControllers, &commands, law[laws - 1].0);
+    }
+}
+
 /// Twins of different structure come back and are walked one by one.
 #[test]
 fn exact_twins_that_do_not_fit_into_one_pass_come_back() {

@@ -317,7 +317,7 @@ fn exact_comparison_without_a_change_says_so() {
     lacks(&reports(&diagnosis(), Motion::Prismatic), &["WHAT CHANGED", "reference"]);
 }
 
-/// A reference of whose gap 0.7 % is open is explained, identified or not; not where its data are faulty or the rigid-body scene does not bear it
+/// A reference of whose gap 0.7 % is open is explained, identified or not (which more than a small gap tells apart); not where its data are faulty or the rigid-body scene does not bear it
 /// out, and not where more than a tenth is open.
 #[test]
 fn exact_a_reference_is_explained_for_nine_tenths() {
@@ -329,6 +329,12 @@ fn exact_a_reference_is_explained_for_nine_tenths() {
     assert!(!is_explained(Some(Veto::Data), 1.98) && !is_explained(Some(Veto::RigidBody), 1.98));
     // G² − 1 of 20.2 is 407: a tenth is left at 6.46.
     assert!(is_explained(None, 6.4) && !is_explained(None, 6.5));
+    let is_identified = |withheld, gap_after| {
+        let known = comparison().reference.unwrap();
+        Reference { verdict: Verdict::Unknown, withheld, gap_after, ..known }.is_identified()
+    };
+    assert!(is_identified(None, 6.4) && is_identified(Some(Veto::Unidentified), 2.9));
+    assert!(!is_identified(Some(Veto::Unidentified), 3.1));
     // A gap of noise has no share to close: it is `unknown` for its training runs, and its held-out runs leave nothing.
     let quiet = |gap: f64| {
         let known = comparison().reference.unwrap();
