@@ -176,10 +176,16 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.alter(constants),)+ }
             }
 
-            /// See [`Law::push`].
+            /// See [`Law::push_wave`].
+            pub fn push_wave(&self) -> Option<Wave> {
+                match self { $(Self::$law(law) => law.push_wave(),)+ }
+            }
+
+            /// See [`Law::push`]; with [`push_wave`](Self::push_wave).
             #[inline]
             pub fn push(&self, position: f64, velocity: f64) -> f64 {
-                match self { $(Self::$law(law) => law.push(position, velocity),)+ }
+                let wave = self.push_wave().map_or(0.0, |wave| wave.at(position));
+                wave + match self { $(Self::$law(law) => law.push(position, velocity),)+ }
             }
 
             /// See [`Law::shake`].

@@ -1,9 +1,10 @@
 //! Cogging: a force that depends on position alone.
 
-use super::harmonics::{HIGHER, wave};
+use super::harmonics::HIGHER;
 use super::law::{FormNumber, infinite, is_zero, not_positive, outside};
 use super::prior::{A_TURN, Machinery, PITCHES_M, Prior};
 use super::unlike::Unlike;
+use super::wave::Wave;
 use super::{Constants, Door, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use crate::units::Motion;
 use serde::{Deserialize, Serialize};
@@ -124,13 +125,9 @@ impl Law for Cogging {
     }
 
     #[inline]
-    fn push(&self, position: f64, _velocity: f64) -> f64 {
-        wave(
-            self.period_m,
-            [self.sine_n, self.cosine_n, self.sine_2_n, self.cosine_2_n],
-            self.higher(),
-            position,
-        )
+    fn push_wave(&self) -> Option<Wave> {
+        let own = [self.sine_n, self.cosine_n, self.sine_2_n, self.cosine_2_n];
+        Some(Wave { period: self.period_m, own, higher: self.higher() })
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {

@@ -1,9 +1,10 @@
 //! Force ripple: a force constant that depends on position.
 
-use super::harmonics::{HIGHER, wave};
+use super::harmonics::HIGHER;
 use super::law::{FormNumber, infinite, is_zero, not_positive, outside};
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
+use super::wave::Wave;
 use super::{Constants, Door, EffectId, Lack, Law, Likeness, Nominal, Parameter, Site, Stretch};
 use serde::{Deserialize, Serialize};
 
@@ -111,7 +112,8 @@ impl Law for ForceRipple {
 
     #[inline]
     fn motor_change(&self, position: f64, _force: f64) -> f64 {
-        wave(self.period_m, [self.sine, self.cosine, self.sine_2, self.cosine_2], self.higher(), position)
+        let own = [self.sine, self.cosine, self.sine_2, self.cosine_2];
+        Wave { period: self.period_m, own, higher: self.higher() }.at(position)
     }
 
     fn neutral(_constants: &Constants) -> Vec<f64> {

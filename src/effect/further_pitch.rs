@@ -1,6 +1,7 @@
 //! Cogging and force ripple of further pitches.
 
 use super::law::FormNumber;
+use super::wave::Wave;
 use super::{
     Cogging, Constants, Door, EffectId, ForceRipple, Lack, Law, Likeness, Machinery, Nominal, Parameter,
     Prior, Site, Stretch, Unlike,
@@ -47,9 +48,8 @@ macro_rules! further {
                 self.0.fault()
             }
 
-            #[inline]
-            fn push(&self, position: f64, velocity: f64) -> f64 {
-                self.0.push(position, velocity)
+            fn push_wave(&self) -> Option<Wave> {
+                self.0.push_wave()
             }
 
             #[inline]

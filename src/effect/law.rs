@@ -2,6 +2,7 @@
 
 use super::prior::{Machinery, Prior};
 use super::unlike::Unlike;
+use super::wave::Wave;
 use super::{Constants, EffectId, Lack, Likeness, Stretch};
 use crate::units::{Motion, SMALLEST, largest};
 use serde::Serialize;
@@ -283,7 +284,12 @@ pub trait Law: Sized {
     /// Moves constants of the twin.
     fn alter(&self, _constants: &mut Constants) {}
 
-    /// Force on the moving part as a single-valued function of position and velocity.
+    /// Force on the moving part that repeats along the axis, by the harmonics of its pitch.
+    fn push_wave(&self) -> Option<Wave> {
+        None
+    }
+
+    /// Force on the moving part as a single-valued function of position and velocity, beside [`push_wave`](Self::push_wave).
     fn push(&self, _position: f64, _velocity: f64) -> f64 {
         0.0
     }

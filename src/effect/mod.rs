@@ -65,6 +65,7 @@ pub mod velocity_feedforward;
 pub mod velocity_filter;
 pub mod viscous_friction;
 pub mod voltage_saturation;
+pub mod wave;
 pub mod winding_inductance;
 pub mod winding_resistance;
 
@@ -110,6 +111,7 @@ pub use velocity_feedforward::VelocityFeedforward;
 pub use velocity_filter::VelocityFilter;
 pub use viscous_friction::ViscousFriction;
 pub use voltage_saturation::VoltageSaturation;
+pub use wave::Wave;
 pub use winding_inductance::WindingInductance;
 pub use winding_resistance::WindingResistance;
 

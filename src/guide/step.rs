@@ -123,6 +123,12 @@ pub struct Coast {
     pub response: Response,
 }
 
+/// Displacement until a share of a step of `step_s` with these velocities at its ends and this displacement: that of a parabola.
+#[inline(always)]
+pub fn travel_until(share: f64, step_s: f64, [begin, end]: [f64; 2], travel: f64) -> f64 {
+    share * (travel - 0.5 * (1.0 - share) * (end - begin) * step_s)
+}
+
 impl Coast {
     /// A body of this mass (or inertia) that moves freely at a velocity, over a step of `step_s`.
     ///
@@ -148,8 +154,7 @@ impl Coast {
     /// its ends.
     #[inline(always)]
     pub fn free_travel_until(&self, share: f64, step_s: f64) -> f64 {
-        let change = self.free_velocity - self.velocity;
-        share * (self.free_travel - 0.5 * (1.0 - share) * change * step_s)
+        travel_until(share, step_s, [self.velocity, self.free_velocity], self.free_travel)
     }
 
     /// A force of position over the step, which begins at `position`, taken at the [`GAUSS`] points of the way as it would

@@ -4,10 +4,14 @@ use super::front::{Entry, Front};
 use super::laws::Resistance;
 use super::path::{Acting, Begun, Path};
 use super::slides::Slides;
+use super::wave_lanes::WaveLanes;
 use super::{Command, Sample, Twin};
 use crate::guide::{StepEquations, StepForce};
 use crate::plant::Drive;
 use crate::plant::axis::{Axis, Friction, LANES, Lane, Lanes};
+
+/// Twins from which on [`Slides`] cost less than one after the other: half of those that fit, since all are gone through.
+const FEWEST: usize = LANES / 2;
 
 /// What drives the twins of a batch.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,8 +39,10 @@ pub struct Batch {
     friction: Option<Friction>,
     /// Bristles of the guides, axis by axis.
     bristles: StepEquations<LANES>,
-    /// Weight and friction of twins that slide on or stay stuck, where no guide has bristles.
+    /// Weight and friction of twins that slide on or stay stuck, where that pays.
     slides: Option<Slides<LANES>>,
+    /// Forces that repeat along the axis, where a twin has any.
+    waves: Option<WaveLanes>,
 }
 
 impl Batch {
@@ -62,8 +68,11 @@ impl Batch {
         }
         let front = if driven == Driven::ByControllers { front(&paths) } else { None };
         let friction = constant_friction(&paths);
-        let slides = paths.iter().all(Path::may_slide).then(|| Slides::new(axes.step_s()));
-        Ok(Self { paths, axes, driven, front, friction, bristles: StepEquations::default(), slides })
+        let pays = paths.len() >= FEWEST && paths.iter().all(Path::may_slide);
+        let slides = pays.then(|| Slides::new(axes.step_s()));
+        let waves = WaveLanes::of(&paths.iter().map(Path::waves).collect::<Vec<_>>(), axes.step_s());
+        let bristles = StepEquations::default();
+        Ok(Self { paths, axes, driven, front, friction, bristles, slides, waves })
     }
 
     /// Number of twins.
@@ -155,6 +164,9 @@ impl Batch {
                 [None; LANES]
             }
         };
+        if let Some(waves) = &mut self.waves {
+            waves.look(&self.axes);
+        }
         let drives = |lane: usize, path: &Path| path.drive(step, [now[lane], earlier[lane]], thrust(lane));
         let mut forces = found.map(|force| force.unwrap_or(StepForce::ZERO));
         if self.slides.is_some() {
@@ -173,10 +185,11 @@ impl Batch {
         found: &[Option<StepForce>; LANES],
         forces: &mut [StepForce; LANES],
     ) {
-        let Self { paths, axes, slides: Some(slides), .. } = self else { return };
+        let Self { paths, axes, slides: Some(slides), waves, .. } = self else { return };
         let mut begun: [Option<Begun>; LANES] = [None; LANES];
         for (lane, path) in paths.iter_mut().enumerate().filter(|(lane, _)| found[*lane].is_none()) {
-            let step = path.begin(drive(lane, path), axes.coast(lane), axes.position(lane), || None);
+            let waves = waves.as_ref().map(|waves| waves.at(lane));
+            let step = path.begin(drive(lane, path), axes.coast(lane), axes.position(lane), waves, || None);
             slides.set(lane, &path.sliding(&step));
             begun[lane] = Some(step);
         }
@@ -207,7 +220,9 @@ impl Batch {
         let mut waiting: [Option<Acting>; LANES] = [None; LANES];
         for (lane, path) in self.paths.iter_mut().enumerate().filter(|(lane, _)| found[*lane].is_none()) {
             let (coast, position) = (self.axes.coast(lane), self.axes.position(lane));
-            match path.act(drive(lane, path), coast, position, || None) {
+            let waves = self.waves.as_ref().map(|waves| waves.at(lane));
+            let begun = path.begin(drive(lane, path), coast, position, waves, || None);
+            match path.resist(&begun) {
                 (acting, Resistance::Bristles(equation)) => {
                     self.bristles.set(lane, &equation);
                     waiting[lane] = Some(acting);

@@ -2,7 +2,7 @@
 
 use super::current::CurrentWithin;
 use super::slides::SlidingStep;
-use crate::effect::{Door, Effect, motor_factor};
+use crate::effect::{Door, Effect, Wave, motor_factor};
 use crate::guide::stick_slip::friction;
 use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepEquation, StepForce};
 use crate::machine::Machine;
@@ -33,6 +33,9 @@ pub(super) struct Laws {
     constant: [f64; 2],
     /// Drag in N·s/m or N·m·s/rad that the positive direction has more than the mean of both.
     drag: f64,
+    /// Forces that repeat along the axis.
+    waves: Vec<Wave>,
+    /// Other forces of position and velocity.
     pushes: Vec<Effect>,
     shakes: Vec<Effect>,
     /// Laws that change the motor's force.
@@ -90,7 +93,8 @@ impl Laws {
             dry,
             constant: [1.0, -1.0].map(|direction| dry.level(direction, 0.0)),
             drag: dry.drag(constants.viscous),
-            pushes: through(Door::Push),
+            waves: through(Door::Push).iter().filter_map(Effect::push_wave).collect(),
+            pushes: through(Door::Push).into_iter().filter(|e| e.push_wave().is_none()).collect(),
             shakes: through(Door::Shake),
             changes: through(Door::MotorForce),
             transmissions: through(Door::Transmission),
@@ -105,6 +109,7 @@ impl Laws {
     /// Dry friction in the positive and the negative direction, where nothing else acts on the guide.
     pub fn constant_friction(&self) -> Option<[f64; 2]> {
         let alone = [&self.pushes, &self.shakes, &self.changes].iter().all(|laws| laws.is_empty())
+            && self.waves.is_empty()
             && !self.varies()
             && !self.dry.has_place_or_time()
             && self.dry.bristle.is_none()
@@ -142,13 +147,18 @@ impl Laws {
         }
     }
 
-    /// What forces of position, velocity and time exert over a step.
+    /// Forces that repeat along the axis.
+    pub fn waves(&self) -> &[Wave] {
+        &self.waves
+    }
+
+    /// What forces of position, velocity and time exert over a step; `waves` are those that repeat along the axis at the [`GAUSS`] points, where they are known.
     #[inline(always)]
-    pub fn push_over(&self, coast: Coast, here: Here) -> StepForce {
-        if self.pushes.is_empty() && self.shakes.is_empty() {
+    pub fn push_over(&self, coast: Coast, here: Here, waves: Option<[f64; 2]>) -> StepForce {
+        if self.waves.is_empty() && self.pushes.is_empty() && self.shakes.is_empty() {
             StepForce::ZERO
         } else {
-            self.some_push(coast, here)
+            self.some_push(coast, here, waves)
         }
     }
 
@@ -179,16 +189,20 @@ impl Laws {
 
     // As they would be without friction.
     #[inline(never)]
-    fn some_push(&self, coast: Coast, here: Here) -> StepForce {
+    fn some_push(&self, coast: Coast, here: Here, waves: Option<[f64; 2]>) -> StepForce {
         let Here { position, step_s, clock_s } = here;
-        let at = |share: f64| -> f64 {
+        let at = |point: usize| -> f64 {
+            let share = GAUSS[point];
             let place = position + coast.free_travel_until(share, step_s);
             let velocity = coast.velocity + share * (coast.free_velocity - coast.velocity);
-            let pushed: f64 = self.pushes.iter().map(|effect| effect.push(place, velocity)).sum();
+            let waves = waves
+                .map_or_else(|| self.waves.iter().map(|wave| wave.at(place)).sum(), |known| known[point]);
+            let pushed =
+                self.pushes.iter().fold(waves, |sum: f64, effect| sum + effect.push(place, velocity));
             let time_s = clock_s + share * step_s;
             pushed + self.shakes.iter().map(|effect| effect.shake(time_s)).sum::<f64>()
         };
-        StepForce::at_gauss(at(GAUSS[0]), at(GAUSS[1]))
+        StepForce::at_gauss(at(0), at(1))
     }
 
     /// Levels of friction in proportion to a load in the positive and the negative direction, from those of that friction, where there is any.
@@ -216,15 +230,13 @@ impl Laws {
         }
     }
 
-    /// Whether weight and dry friction are there and among those that several twins take [together](super::slides): no bristles, and friction that does
-    /// not depend on the way that weight makes of the step.
+    /// Whether weight and dry friction are among those that several twins take [together](super::slides): friction that depends on speed or weight that depends on position (others
+    /// cost less one by one), no bristles, and friction that does not depend on the way that weight makes of the step.
     pub fn may_slide(&self) -> bool {
         let weight_varies = self.weight.is_some_and(|weight| !weight.is_constant());
-        let (has_place_or_time, is_loaded) = (self.dry.has_place_or_time(), self.loaded.is_some());
-        let is_dry = self.constant != [0.0; 2] || self.varies() || is_loaded || has_place_or_time;
         self.dry.bristle.is_none()
-            && (is_dry || self.weight.is_some())
-            && !(weight_varies && has_place_or_time)
+            && (self.dry.varies() || weight_varies)
+            && !(weight_varies && self.dry.has_place_or_time())
     }
 
     /// What weight and dry friction of a step depend on, of laws that [may slide](Self::may_slide).
@@ -334,7 +346,8 @@ impl Laws {
         if self.dry.bristle.is_none() {
             return 0.0;
         }
-        let pushes = self.pushes.iter().map(|effect| effect.push(position, velocity));
+        let waves = self.waves.iter().map(|wave| wave.at(position));
+        let pushes = waves.chain(self.pushes.iter().map(|effect| effect.push(position, velocity)));
         let shakes = self.shakes.iter().map(|effect| effect.shake(clock_s));
         let motor = start.motor * self.motor_factor(position, start.motor);
         let acting = motor + pushes.chain(shakes).sum::<f64>() + start.weight;

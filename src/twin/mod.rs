@@ -15,6 +15,7 @@ mod laws;
 mod linear;
 mod path;
 mod slides;
+mod wave_lanes;
 
 pub use batch::{Batch, Driven};
 pub use laws::{InitialForces, load_positions};

@@ -9,6 +9,7 @@ use crate::controller::delay_line::DelayLine;
 use crate::controller::{Controller, EffortLimit, Filters, Gains, Input, Memory, ReferenceDelay};
 use crate::drive::amplifier::{Amplifier, SplitDelay};
 use crate::drive::motor::Circuit;
+use crate::effect::Wave;
 use crate::guide::{Coast, GAUSS, StepForce};
 use crate::machine::Machine;
 use crate::plant::{Drive, Load, LoadFriction, Plant};
@@ -374,23 +375,24 @@ impl Path {
         position: f64,
         loads: impl FnMut() -> Option<[f64; 4]>,
     ) -> (Acting, Resistance) {
-        let begun = self.begin(drive, coast, position, loads);
+        let begun = self.begin(drive, coast, position, None, loads);
         self.resist(&begun)
     }
 
-    /// What acts over the step that was looked at but for weight and dry friction.
+    /// What acts over the step that was looked at but for weight and dry friction; `waves` as in [`Laws::push_over`].
     #[inline(always)]
     pub fn begin(
         &mut self,
         drive: Drive,
         coast: Coast,
         position: f64,
+        waves: Option<[f64; 2]>,
         mut loads: impl FnMut() -> Option<[f64; 4]>,
     ) -> Begun {
         let [begin_n, end_n] = coast.motor_force;
         let here = Here { position, step_s: self.step_s, clock_s: self.moving.clock_s };
         self.moving.clock_s += self.step_s;
-        let push = self.laws.push_over(coast, here);
+        let push = self.laws.push_over(coast, here, waves);
         let (before, others) = (self.moving.forces, self.moving.others);
         let change = match drive {
             Drive::Voltage { .. } => self.laws.motor_change_over(coast, here, others, &self.within),
@@ -415,6 +417,11 @@ impl Path {
         let Begun { coast, here, loaded, .. } = *begun;
         let (weight, resistance) = self.laws.weight_and_friction(coast, here, self.moving.bristle, loaded);
         (begun.under(weight), resistance)
+    }
+
+    /// See [`Laws::waves`].
+    pub fn waves(&self) -> &[Wave] {
+        self.laws.waves()
     }
 
     /// See [`Laws::may_slide`].

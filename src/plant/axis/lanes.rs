@@ -123,6 +123,16 @@ impl Lanes {
         &self.state[0][0]
     }
 
+    /// Velocities at the end of the step that was looked at, as [`coast`](Self::coast) has them.
+    pub fn free_velocities(&self) -> &Lane {
+        &self.ahead[0][0]
+    }
+
+    /// Displacements over the step that was looked at, as [`coast`](Self::coast) has them.
+    pub fn free_travels(&self) -> &Lane {
+        &self.ahead[self.columns / LANE_ROWS][self.columns % LANE_ROWS]
+    }
+
     /// Currents in A; none where the motor has no winding.
     pub fn currents(&self) -> Option<&Lane> {
         self.axes[0].layout().has_winding.then(|| &self.state[0][Layout::CURRENT])
