@@ -1,8 +1,9 @@
 //! Several parameter sets of one machine in one pass.
 
+use super::acting::{Acting, Begun};
 use super::front::{Entry, Front};
 use super::laws::Resistance;
-use super::path::{Acting, Begun, Path};
+use super::path::Path;
 use super::slides::Slides;
 use super::wave_lanes::WaveLanes;
 use super::{Command, Sample, Twin};

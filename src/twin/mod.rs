@@ -8,6 +8,7 @@
 //! - [`Batch`]: several parameter sets of one machine in one pass.
 //! - [`LinearLoop`]: what of it is linear, as a frequency response.
 
+mod acting;
 mod batch;
 mod current;
 mod front;

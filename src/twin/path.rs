@@ -1,5 +1,6 @@
 //! The signal path around a plant: sensors, controller, amplifier, and the laws that act beside them.
 
+use super::acting::{Acting, Begun};
 use super::current::CurrentWithin;
 use super::front::{Entry, Numbers};
 use super::laws::{Here, InitialForces, Laws, MOST_INVERSIONS, Resistance};
@@ -51,35 +52,6 @@ pub(super) struct Path {
     step_s: f64,
     moving: Moving,
     noise: Option<StdRng>,
-}
-
-/// What acts over one step beside the motor's own force and dry friction.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Acting {
-    push: StepForce,
-    change: StepForce,
-    /// Mean of the motor's force.
-    motor: f64,
-    weight: StepForce,
-}
-
-/// A step of which weight and dry friction are still to be found.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Begun {
-    acting: Acting,
-    /// The step under all else.
-    coast: Coast,
-    here: Here,
-    /// Levels of friction in proportion to a load.
-    loaded: [f64; 2],
-}
-
-impl Begun {
-    /// What acts over the step beside dry friction, under this weight.
-    #[inline(always)]
-    pub fn under(&self, weight: StepForce) -> Acting {
-        Acting { weight, ..self.acting }
-    }
 }
 
 /// What moves beside the plant.
