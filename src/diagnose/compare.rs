@@ -22,7 +22,7 @@ const PASSES: usize = 3;
 /// What the baseline leaves of the reference's own held-out runs is no change either: it is taken into the noise of
 /// each signal, so that the gap of an unchanged machine is 1. It is no bound from below: an explanation of the recording that leaves less
 /// is judged by what it leaves. Where more than a tenth of the reference's gap has no explanation, a change may hide in it, or look like
-/// another one. The comparison is then `unknown` and says so.
+/// another one. The comparison is then `unknown` and says so; so is one that shows a gap where the explanation of the reference is not identified and leaves more than a small gap.
 ///
 /// # Validity
 /// Both recordings are of one machine; settings that differ between them (`set` of their runs) are known, not found.
@@ -83,6 +83,8 @@ impl Baseline {
             gap_after: last.gap.after,
             data: last.data.clone(),
         };
+        // A pass whose explanation is refused leaves what its own twin leaves: the baseline.
+        let mut is_refused = false;
         for _ in 1..PASSES {
             // A small gap need not be named: it counts as noise of the comparison.
             let is_small = last.gap.after <= options.limits.small_gap;
@@ -90,15 +92,19 @@ impl Baseline {
                 break;
             }
             last = diagnose(&baseline)?;
-            if last.withheld.is_some() {
+            is_refused = last.withheld.is_some();
+            if is_refused {
                 break;
             }
             baseline = last.improved(&baseline)?;
             known.learn(&last);
         }
         let signals = last.gap.signals.iter();
-        let left =
-            signals.filter_map(|gap| Some((Signal::from_key(&gap.signal)?.0, gap.rms_after))).collect();
+        let left = signals.filter_map(|gap| {
+            let left = if is_refused { gap.rms_before } else { gap.rms_after };
+            Some((Signal::from_key(&gap.signal)?.0, left))
+        });
+        let left = left.collect();
         Ok(Self { machine: baseline, known: Before { left, reference: Some(known), is_reference: false } })
     }
 }
@@ -111,6 +117,7 @@ impl Reference {
         if self.verdict == Verdict::Unknown && pass.verdict != Verdict::Unknown {
             let is_gap = pass.verdict == Verdict::NoGap && !self.causes.is_empty();
             self.verdict = if is_gap { Verdict::Cause } else { pass.verdict };
+            self.withheld = None;
         }
         for calibration in &pass.calibration {
             let named = self.causes.iter_mut().flat_map(|cause| {

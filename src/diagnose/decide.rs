@@ -188,8 +188,9 @@ impl Evidence {
 /// A fatal finding in the data forbids every verdict but `unknown`.
 ///
 /// A reference that no explanation fits forbids every verdict but `unknown`. One that is explained for nine tenths forbids none: the rest is noise
-/// of the comparison, and a change has to stand out of it; where its explanation is not identified, effects are named in part only. One that is `undecided` forbids none: its explanations
-/// predict it alike, so what changed since does not depend on the choice among them; only the values before do.
+/// of the comparison, and a change has to stand out of it. One that is `undecided` forbids none: its explanations
+/// predict it alike, to what need not be named, so what changed since does not depend on the choice among them; only the values before do. One whose explanation is not identified, and leaves
+/// more than a small gap, forbids every verdict but `unknown` and `no_gap`: what it describes wrongly a change may make up for.
 ///
 /// An explanation that is not identified forbids every verdict but `unknown`: an effect of it is not significant, or a number is at the bound
 /// of its range.
@@ -198,7 +199,8 @@ impl Evidence {
 /// prove. `undecided` names none: the proof is of one of several explanations and does not judge the others.
 pub fn decide(evidence: &Evidence, limits: &Limits, grounds: &Grounds) -> (Verdict, Option<Withheld>) {
     let evident = evidence.verdict(limits);
-    match grounds.withhold(matches!(evident, Verdict::Cause | Verdict::Unknown)) {
+    let is_of_one = matches!(evident, Verdict::Cause | Verdict::Unknown);
+    match grounds.withhold(evident != Verdict::NoGap, is_of_one) {
         Some(withheld) => (Verdict::Unknown, Some(withheld)),
         None => (evident, None),
     }
@@ -404,14 +406,15 @@ mod tests {
     }
 
     #[test]
-    fn exact_a_reference_that_is_not_identified_withholds_what_names_effects() {
+    fn exact_a_reference_that_is_not_identified_withholds_every_verdict_about_a_gap() {
         let reference = Some(Before { is_explained: true, is_identified: false, gap_after: 67.0 });
         for evident in ALL {
             let (verdict, withheld) = decided(evident, &Grounds { reference, ..Grounds::default() });
-            let names_effects = matches!(evident, Verdict::Cause | Verdict::Unknown);
-            let by = names_effects.then_some(Veto::Reference);
-            let expected = if names_effects { Verdict::Unknown } else { evident };
-            assert_eq!((verdict, withheld.map(|withheld| withheld.by)), (expected, by));
+            let by = withheld.map(|withheld| withheld.by);
+            match evident {
+                Verdict::NoGap => assert_eq!((verdict, by), (evident, None)),
+                _ => assert_eq!((verdict, by), (Verdict::Unknown, Some(Veto::Reference))),
+            }
         }
     }
 

@@ -119,10 +119,11 @@ fn contradicted(contradiction: Contradiction) -> Withheld {
 }
 
 impl Grounds<'_> {
-    /// What forbids the verdict that the evidence would give; a reference that is not identified and the rigid-body proof count where the verdict names effects.
-    pub fn withhold(&self, names_effects: bool) -> Option<Withheld> {
-        let proof = || names_effects.then(|| self.failed_proof()).flatten();
-        let baseline = || names_effects.then(|| self.unidentified_reference()).flatten();
+    /// What forbids the verdict that the evidence would give; a reference that is not identified counts where the verdict is about a gap, the rigid-body proof where it rests on one
+    /// explanation.
+    pub fn withhold(&self, is_gap: bool, is_of_one: bool) -> Option<Withheld> {
+        let proof = || is_of_one.then(|| self.failed_proof()).flatten();
+        let baseline = || is_gap.then(|| self.unidentified_reference()).flatten();
         let first = self.faulty_data().or_else(|| self.unexplained_reference()).or_else(baseline);
         first.or_else(|| self.not_identified()).or_else(proof)
     }
@@ -184,7 +185,7 @@ impl Grounds<'_> {
     fn unexplained_reference(&self) -> Option<Withheld> {
         let reference = self.reference.filter(|reference| !reference.is_explained)?;
         let reason = format!(
-            "No explanation fits the reference (a gap of {:.3} × noise is left of it): what the twin lacks of the machine before cannot be \
+            "No explanation fits the reference (a gap of {:.1} × noise is left of it): what the twin lacks of the machine before cannot be \
              told from what changed since.",
             reference.gap_after
         );
@@ -194,8 +195,8 @@ impl Grounds<'_> {
     fn unidentified_reference(&self) -> Option<Withheld> {
         let reference = self.reference.filter(|reference| !reference.is_identified)?;
         let reason = format!(
-            "The explanation of the reference is not identified, and leaves a gap of {:.1} × noise of it: with another one that predicts it as well, something else may have \
-             changed.",
+            "The explanation of the reference is not identified, and leaves a gap of {:.1} × noise of it: a change may make up for what it describes wrongly, and against another \
+             explanation of the reference it may be another change.",
             reference.gap_after
         );
         Some(Withheld { by: Veto::Reference, reason })

@@ -422,7 +422,7 @@ impl<'a> Ready<'a> {
     ) -> (Verdict, Option<grounds::Withheld>) {
         let reference = self.known.reference.as_ref().map(|before| grounds::Before {
             is_explained: before.is_explained(),
-            is_identified: before.is_identified(),
+            is_identified: before.is_identified(limits),
             gap_after: before.gap_after,
         });
         let unidentified = found.unidentified(self.machine);

@@ -16,7 +16,7 @@ use super::noise::Source;
 use super::prove::RigidBody;
 use super::residual_whiteness::ResidualWhiteness;
 use super::shape::Shape;
-use super::thresholds::{ADEQUATE_GAP, LARGELY, SMALL_GAP};
+use super::thresholds::{ADEQUATE_GAP, LARGELY};
 pub use super::training_gap::{Stretch, TrainingGap};
 use super::untested::Untested;
 use super::visibility::NotExamined;
@@ -256,11 +256,12 @@ impl Reference {
         self.verdict != Verdict::Unknown || may_be && leaves_little
     }
 
-    /// Whether its explanation is identified by its own runs, or leaves no more than a small gap of it. One that is not describes something wrongly, and which
-    /// change makes up for that hangs on how.
-    pub fn is_identified(&self) -> bool {
-        let is_withheld = self.verdict == Verdict::Unknown && self.withheld == Some(Veto::Unidentified);
-        !is_withheld || self.gap_after <= SMALL_GAP
+    /// Whether its explanation is identified by its own runs and each effect of it probable, or leaves no more than a small gap of it. One that is not describes something
+    /// wrongly, and which change makes up for that hangs on how.
+    pub fn is_identified(&self, limits: &Limits) -> bool {
+        let is_stated = !matches!(self.withheld, Some(Veto::Unidentified | Veto::Stretch));
+        let is_probable = self.causes.iter().all(|cause| cause.probability >= limits.probability);
+        self.verdict != Verdict::Unknown || self.gap_after <= limits.small_gap || is_stated && is_probable
     }
 
     /// Share of its gap's power above noise that the baseline leaves open.

@@ -181,11 +181,10 @@ macro_rules! catalogue {
                 match self { $(Self::$law(law) => law.push_wave(),)+ }
             }
 
-            /// See [`Law::push`]; with [`push_wave`](Self::push_wave).
+            /// See [`Law::push`].
             #[inline]
             pub fn push(&self, position: f64, velocity: f64) -> f64 {
-                let wave = self.push_wave().map_or(0.0, |wave| wave.at(position));
-                wave + match self { $(Self::$law(law) => law.push(position, velocity),)+ }
+                match self { $(Self::$law(law) => law.push(position, velocity),)+ }
             }
 
             /// See [`Law::shake`].

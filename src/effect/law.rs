@@ -284,14 +284,15 @@ pub trait Law: Sized {
     /// Moves constants of the twin.
     fn alter(&self, _constants: &mut Constants) {}
 
-    /// Force on the moving part that repeats along the axis, by the harmonics of its pitch.
+    /// The wave that [`push`](Self::push) is, of a force that repeats along the axis.
     fn push_wave(&self) -> Option<Wave> {
         None
     }
 
-    /// Force on the moving part as a single-valued function of position and velocity, beside [`push_wave`](Self::push_wave).
-    fn push(&self, _position: f64, _velocity: f64) -> f64 {
-        0.0
+    /// Force on the moving part as a single-valued function of position and velocity.
+    #[inline]
+    fn push(&self, position: f64, _velocity: f64) -> f64 {
+        self.push_wave().map_or(0.0, |wave| wave.at(position))
     }
 
     /// Force on the moving part as a function of the session's time in s.

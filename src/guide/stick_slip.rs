@@ -185,7 +185,7 @@ pub const SLIDE_STEPS: usize = 4;
 impl Slide {
     /// Where the search begins: with the resistance of the step's beginning.
     #[inline(always)]
-    pub fn begin(&self) -> Onward {
+    pub fn first(&self) -> Onward {
         let speed = self.free_speed - self.mobility * self.begin;
         Onward { speed, level: self.begin, is_found: false }
     }
@@ -204,7 +204,7 @@ impl Slide {
 
     #[inline(always)]
     fn solve(&self, resistance: impl Fn(f64) -> f64) -> Onward {
-        let mut onward = self.begin();
+        let mut onward = self.first();
         for _ in 0..SLIDE_STEPS {
             onward = self.advance(onward, &resistance);
             if onward.is_found {

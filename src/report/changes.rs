@@ -6,6 +6,7 @@ use super::number::{moved, percent, plain, ratio, twin, value, with_interval};
 use super::remains::{by_calibration, remains};
 use super::words::{described, is_resolved, name, placed, times_noise};
 use crate::diagnose::Verdict;
+use crate::diagnose::grounds::Veto;
 use crate::diagnose::thresholds::ADEQUATE_GAP;
 use crate::diagnose::verdict::{Cause, Diagnosis, Parameter, Reference};
 use crate::units::Motion;
@@ -45,6 +46,12 @@ pub(super) fn had(reference: &Reference) -> String {
         Verdict::Undecided => {
             "; its diagnosis is undecided: other explanations predict it as well, with other values before"
                 .to_owned()
+        }
+        Verdict::Unknown if matches!(reference.withheld, Some(Veto::Unidentified | Veto::Stretch)) => {
+            format!(
+                "; its diagnosis is unknown: this explanation is not identified, and {} of its gap stays open",
+                percent(reference.open_share())
+            )
         }
         Verdict::Unknown if reference.is_explained() => format!(
             "; its diagnosis is unknown: {} of its gap has no explanation and counts as noise here",

@@ -68,7 +68,7 @@ pub(super) fn what_to_do(by: Veto) -> &'static str {
     match by {
         Veto::Data => "Correct what is wrong with the data, and diagnose again.",
         Veto::Reference => {
-            "Diagnose the reference by itself first and give the twin what it lacks, or take a reference that the twin explains."
+            "Diagnose the reference by itself first, give the twin what is known of what it lacks (measured, or from a data sheet), or take a reference that the twin explains."
         }
         Veto::Unidentified => {
             "Put nothing into machine.toml: look at the machine where the gap is largest, or record longer or wider motions."

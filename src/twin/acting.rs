@@ -3,7 +3,7 @@
 use super::laws::Here;
 use crate::guide::{Coast, StepForce};
 
-/// What acts over one step beside the motor's own force and dry friction.
+/// What acts over one step beside the motor's own force, whose mean is here too, and dry friction.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Acting {
     /// Forces of position, velocity and time.

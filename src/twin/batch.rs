@@ -27,8 +27,8 @@ pub enum Driven {
 
 /// Twins on the reduced axis that follow the same commands in one pass: one reference, several parameter sets.
 ///
-/// The linear part of all of them is one product of arrays ([`Lanes`]); sensors, controller and laws go lane by lane
-/// through the code of a single [`Twin`]. Each lane is to the last bit what its twin would be by itself.
+/// The linear part of all of them is one product of arrays ([`Lanes`]), and so are friction, bristles, weight and what repeats along the axis where that pays; the rest goes lane by
+/// lane through the code of a single [`Twin`]. Each lane is to the last bit what its twin would be by itself.
 #[derive(Debug)]
 pub struct Batch {
     paths: Vec<Path>,
@@ -178,7 +178,7 @@ impl Batch {
         self.axes.advance(&forces);
     }
 
-    /// Forces of the twins that have none yet, where no guide has bristles.
+    /// Forces of the twins that have none yet, weight and friction in arrays.
     #[inline(always)]
     fn slide(
         &mut self,

@@ -383,7 +383,7 @@ impl Path {
         Begun { acting, coast: coast.under(change + push), here, loaded }
     }
 
-    /// With the weight, and the dry friction, that of bristles still to be found.
+    /// The step with its weight, and its dry friction; that of bristles is still to be found.
     #[inline(always)]
     pub fn resist(&self, begun: &Begun) -> (Acting, Resistance) {
         let Begun { coast, here, loaded, .. } = *begun;

@@ -25,6 +25,9 @@ pub(super) struct SlidingStep {
 
 const NUMBERS: usize = 25;
 const ANSWERS: usize = 5;
+/// Rows of the numbers that the weight changes.
+const FREE_VELOCITY: usize = 1;
+const FREE_TRAVEL: usize = 2;
 
 impl SlidingStep {
     /// No twin: nothing moves, and nothing acts on it.
@@ -157,7 +160,7 @@ fn is_near(coast: &Coast, step_s: f64) -> bool {
 /// Steps of N twins, number by number, and their answers.
 ///
 /// Each comes out to the last bit as by itself: the operations are those of a single twin that slides on or stays stuck
-/// ([`friction`](crate::guide::stick_slip::friction)), on all of them at once. Any other is left to that.
+/// ([`friction`](crate::guide::stick_slip::friction)), on all of them at once. A step in which a twin stops or breaks away has no answer here: it is left to the code of a single twin.
 #[derive(Debug, Clone)]
 pub(super) struct Slides<const N: usize> {
     given: [[f64; N]; NUMBERS],
@@ -212,8 +215,8 @@ impl<const N: usize> Slides<N> {
                 answers[0][k] = weight.mean;
                 answers[1][k] = weight.rise;
                 is_near[k] = if near { 1.0 } else { 0.0 };
-                given[1][k] = coast.free_velocity;
-                given[2][k] = coast.free_travel;
+                given[FREE_VELOCITY][k] = coast.free_velocity;
+                given[FREE_TRAVEL][k] = coast.free_travel;
             }
         }
         let (mut direction, mut slides) = ([0.0; N], [[0.0; N]; 5]);
@@ -225,7 +228,7 @@ impl<const N: usize> Slides<N> {
             for i in 0..5 {
                 slides[i][k] = numbers[i];
             }
-            let begun = slide.begin();
+            let begun = slide.first();
             speed[k] = begun.speed;
             level[k] = begun.level;
         }
@@ -266,5 +269,50 @@ impl<const N: usize> WithSimd for Together<'_, N> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _simd: S) {
         self.0.solve();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::guide::stick_slip::friction;
+
+    /// Twins that slide on, stay stuck, stop and break away, with a Stribeck curve and drag of one direction: what has an answer has that of a twin by itself, and what slides on or
+    /// stays stuck has one.
+    #[test]
+    fn exact_what_slides_on_or_stays_stuck_is_found_together() {
+        let step_s = 1e-3;
+        let step = |velocity: f64, push: f64| {
+            let level =
+                Level { base: [9.0, 7.0], peak: [4.0, 3.0], velocity: 0.01, factor: 1.1, local: -0.4 };
+            let coast =
+                Coast::of_mass(2.0, velocity, step_s).under(StepForce { mean: push, rise: 0.1 * push });
+            let (weight, constant) = ([0.0; 3], [13.0, 10.0]);
+            SlidingStep { coast, position: 0.0, weight, constant, level, drag: 5.0 }
+        };
+        // Four that slide on, two that stay stuck, one that stops, one that breaks away.
+        let all = [
+            (0.5, 0.0),
+            (-0.3, 2.0),
+            (0.02, 30.0),
+            (-0.01, -25.0),
+            (0.0, 3.0),
+            (0.0, -9.0),
+            (1e-4, 0.0),
+            (0.0, 40.0),
+        ];
+        let mut together = Slides::<8>::new(step_s);
+        for (lane, (velocity, push)) in all.into_iter().enumerate() {
+            together.set(lane, &step(velocity, push));
+        }
+        together.solve_together(Arch::new());
+        for (lane, (velocity, push)) in all.into_iter().enumerate() {
+            let step = step(velocity, push);
+            let alone = friction(step.coast, step_s, |direction, speed| step.resistance(direction, speed));
+            match together.answer(lane) {
+                Some([_, found]) => assert_eq!(found, alone, "{velocity} {push}"),
+                None => assert!(lane >= 6, "{velocity} {push}"),
+            }
+        }
     }
 }

@@ -159,10 +159,9 @@ fn exact_a_batch_of_pendulums_is_its_twins() {
         ("effect.stribeck_friction.peak_ratio", 1.6),
         ("effect.stribeck_friction.stribeck_velocity_rad_per_s", 0.05),
     ];
-    let drifting = [coulomb, ("effect.friction_drift.rate_per_s", 0.05)];
     let stated = machine("xl330");
     let commands = commands(&stated, 1.0, 3.0);
-    for law in [&[][..], &[coulomb], &asymmetric, &stribeck, &drifting] {
+    for law in [&[][..], &[coulomb], &asymmetric, &stribeck] {
         let base = with(&stated, law);
         let one = |key: &'static str, value: f64| with(&base, &[(key, value)]);
         let machines = [
@@ -183,12 +182,14 @@ fn exact_a_batch_of_pendulums_is_its_twins() {
     }
 }
 
-/// Friction of a place and friction that drifts, on a guide without bristles.
+/// A Stribeck curve with friction of a place and friction that drifts, under control, under force, and with an open bridge; waves of which some have more than others.
 #[test]
-fn exact_a_batch_with_friction_of_a_place_is_its_twins() {
+fn exact_a_batch_with_laws_in_lanes_is_its_twins() {
     let stated = machine("grinder");
     let law = [
         ("effect.coulomb_friction.force_n", 12.0),
+        ("effect.stribeck_friction.peak_ratio", 1.6),
+        ("effect.stribeck_friction.stribeck_velocity_m_per_s", 4e-3),
         ("effect.local_friction.force_n", 8.0),
         ("effect.local_friction.centre_m", 0.012),
         ("effect.local_friction.width_m", 0.01),
@@ -196,9 +197,33 @@ fn exact_a_batch_with_friction_of_a_place_is_its_twins() {
         ("effect.asymmetric_friction.viscous_asymmetry", 0.2),
     ];
     let commands = commands(&stated, 0.03, 0.2667);
-    for laws in 4..=law.len() {
-        assert_same(&around(&with(&stated, &law[..laws])), Driven::ByControllers, &commands, law[laws - 1].0);
+    let mut opened = commands.clone();
+    opened[150..190].iter_mut().for_each(|command| command.is_enabled = false);
+    let force = |k: usize| Command {
+        effort_v: Some(0.0),
+        thrust: Some(60.0 * (k as f64 * 0.01).sin()),
+        ..Command::follow(0.0, 0.0)
+    };
+    let forces: Vec<Command> = (0..3000).map(force).collect();
+    for laws in [3, 6, 7, 8] {
+        let machines = around(&with(&stated, &law[..laws]));
+        assert_same(&machines, Driven::ByControllers, &commands, law[laws - 1].0);
+        assert_same(&machines, Driven::ByControllers, &opened, law[laws - 1].0);
+        assert_same(&machines, Driven::ByForce, &forces, law[laws - 1].0);
     }
+    let cogging = [
+        ("effect.cogging.period_m", 0.02),
+        ("effect.cogging.sine_n", 5.0),
+        ("effect.cogging.cosine_n", 2.0),
+        ("effect.cogging.sine_3", 0.05),
+        ("effect.second_cogging.period_m", 0.013),
+        ("effect.second_cogging.sine_n", 1.0),
+        ("effect.second_cogging.cosine_n", -3.0),
+    ];
+    let mut machines: Vec<Machine> = around(&with(&stated, &cogging[..4])).into_iter().take(4).collect();
+    machines.push(with(&stated, &cogging));
+    machines.push(with(&stated, &cogging[..3]));
+    assert_same(&machines, Driven::ByControllers, &commands, "two pitches beside one");
 }
 
 /// Twins of different structure come back and are walked one by one.

@@ -2,6 +2,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, missing_docs)]
 
 use slideway::diagnose::check::{Check, Finding, Severity};
+use slideway::diagnose::decide::Limits;
 use slideway::diagnose::grounds::{Veto, Withheld};
 use slideway::diagnose::identifiability::Identifiability;
 use slideway::diagnose::next_experiment::{NextExperiment, Plan};
@@ -331,10 +332,15 @@ fn exact_a_reference_is_explained_for_nine_tenths() {
     assert!(is_explained(None, 6.4) && !is_explained(None, 6.5));
     let is_identified = |withheld, gap_after| {
         let known = comparison().reference.unwrap();
-        Reference { verdict: Verdict::Unknown, withheld, gap_after, ..known }.is_identified()
+        Reference { verdict: Verdict::Unknown, withheld, gap_after, ..known }
+            .is_identified(&Limits::default())
     };
     assert!(is_identified(None, 6.4) && is_identified(Some(Veto::Unidentified), 2.9));
-    assert!(!is_identified(Some(Veto::Unidentified), 3.1));
+    assert!([Veto::Unidentified, Veto::Stretch].iter().all(|&by| !is_identified(Some(by), 3.1)));
+    let mut improbable = comparison().reference.unwrap();
+    improbable.causes[0].probability = 0.4;
+    let improbable = Reference { verdict: Verdict::Unknown, withheld: None, gap_after: 3.1, ..improbable };
+    assert!(!improbable.is_identified(&Limits::default()));
     // A gap of noise has no share to close: it is `unknown` for its training runs, and its held-out runs leave nothing.
     let quiet = |gap: f64| {
         let known = comparison().reference.unwrap();
