@@ -149,6 +149,16 @@ fn breakaway(push: Push, share: f64, resistance: &impl Fn(f64, f64) -> f64) -> O
     Some(((beyond / push.change()).clamp(share, 1.0), direction))
 }
 
+/// Dry friction at the beginning of a step in N or N·m, positive in the joint's positive direction, without what depends on load, speed, place or time:
+/// its levels in the positive and the negative direction are given. Of an axis at rest it is what holds the push of the step, up to the level of friction at rest.
+#[inline(always)]
+pub fn friction_at_first(coast: Coast, step_s: f64, [positive, negative]: [f64; 2]) -> f64 {
+    // What does not slide yet is held.
+    let held = -coast.push(step_s).mean.min(positive).max(-negative);
+    let backward = if coast.velocity < 0.0 { negative } else { held };
+    if coast.velocity > 0.0 { -positive } else { backward }
+}
+
 /// A step that keeps its direction: friction and the speed at its end belong together.
 ///
 /// # Model

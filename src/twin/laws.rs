@@ -3,7 +3,7 @@
 use super::current::CurrentWithin;
 use super::slides::SlidingStep;
 use crate::effect::{Door, Effect, Wave, motor_factor};
-use crate::guide::stick_slip::friction;
+use crate::guide::stick_slip::{friction, friction_at_first};
 use crate::guide::{Coast, DryFriction, GAUSS, Sliding, StepEquation, StepForce};
 use crate::machine::Machine;
 use crate::plant::LoadFriction;
@@ -405,16 +405,6 @@ impl Laws {
         let slope = (shown(reading + 1.0) - shown(reading)).abs().max(1e-3);
         (0..MOST_INVERSIONS).fold(reading, |motor, _| motor + (reading - shown(motor)) / slope)
     }
-}
-
-/// Dry friction at the beginning of a step in N or N·m, positive in the joint's positive direction, without what depends on load, speed, place or time:
-/// `constant` in the positive and the negative direction. Of an axis at rest it is what holds the push of the step, up to the level of friction at rest.
-#[inline(always)]
-pub(super) fn friction_at_first(coast: Coast, step_s: f64, [positive, negative]: [f64; 2]) -> f64 {
-    // What does not slide yet is held.
-    let held = -coast.push(step_s).mean.min(positive).max(-negative);
-    let backward = if coast.velocity < 0.0 { negative } else { held };
-    if coast.velocity > 0.0 { -positive } else { backward }
 }
 
 /// The number of a direction, from those of the positive and of the negative one.

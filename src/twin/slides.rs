@@ -1,7 +1,6 @@
 //! Weight and dry friction over one step, for several twins at once: they slide on, or stay stuck.
 
-use super::laws::friction_at_first;
-use crate::guide::stick_slip::{AT_REST, Onward, SLIDE_STEPS, Slide};
+use crate::guide::stick_slip::{AT_REST, Onward, SLIDE_STEPS, Slide, friction_at_first};
 use crate::guide::{Coast, GAUSS, Level, Response, StepForce};
 use crate::solid::{SMALL_RAD, Weight};
 use pulp::{Arch, Simd, WithSimd};
