@@ -190,7 +190,7 @@ impl Evidence {
 /// A reference that no explanation fits forbids every verdict but `unknown`. One that is explained for nine tenths forbids none: the rest is noise
 /// of the comparison, and a change has to stand out of it. One that is `undecided` forbids none: its explanations
 /// predict it alike, to what need not be named, so what changed since does not depend on the choice among them; only the values before do. One whose explanation is not identified, and leaves
-/// more than a small gap, forbids every verdict but `unknown` and `no_gap`: what it describes wrongly a change may make up for.
+/// more than a small gap, forbids every verdict but `unknown` and `no_gap`: an error of the baseline cannot be told from a change.
 ///
 /// An explanation that is not identified forbids every verdict but `unknown`: an effect of it is not significant, or a number is at the bound
 /// of its range.
@@ -199,8 +199,8 @@ impl Evidence {
 /// prove. `undecided` names none: the proof is of one of several explanations and does not judge the others.
 pub fn decide(evidence: &Evidence, limits: &Limits, grounds: &Grounds) -> (Verdict, Option<Withheld>) {
     let evident = evidence.verdict(limits);
-    let is_of_one = matches!(evident, Verdict::Cause | Verdict::Unknown);
-    match grounds.withhold(evident != Verdict::NoGap, is_of_one) {
+    let rests_on_proof = matches!(evident, Verdict::Cause | Verdict::Unknown);
+    match grounds.withhold(evident != Verdict::NoGap, rests_on_proof) {
         Some(withheld) => (Verdict::Unknown, Some(withheld)),
         None => (evident, None),
     }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub enum Veto {
     /// A column is certainly not what it is taken for: any explanation would be about that.
     Data,
-    /// No explanation fits the reference of a comparison, or none that is identified: what it describes wrongly cannot be told from a change.
+    /// No explanation fits the reference of a comparison, or none that is identified: an error of the baseline cannot be told from a change.
     Reference,
     /// Of the explanation that predicts best an effect is not significant, or a number is at the bound of its range.
     Unidentified,
@@ -119,11 +119,11 @@ fn contradicted(contradiction: Contradiction) -> Withheld {
 }
 
 impl Grounds<'_> {
-    /// What forbids the verdict that the evidence would give; a reference that is not identified counts where the verdict is about a gap, the rigid-body proof where it rests on one
-    /// explanation.
-    pub fn withhold(&self, is_gap: bool, is_of_one: bool) -> Option<Withheld> {
-        let proof = || is_of_one.then(|| self.failed_proof()).flatten();
-        let baseline = || is_gap.then(|| self.unidentified_reference()).flatten();
+    /// What forbids the verdict that the evidence would give; a reference that is not identified counts where the recording shows a gap, the rigid-body proof where a verdict
+    /// rests on it.
+    pub fn withhold(&self, shows_gap: bool, rests_on_proof: bool) -> Option<Withheld> {
+        let proof = || rests_on_proof.then(|| self.failed_proof()).flatten();
+        let baseline = || shows_gap.then(|| self.unidentified_reference()).flatten();
         let first = self.faulty_data().or_else(|| self.unexplained_reference()).or_else(baseline);
         first.or_else(|| self.not_identified()).or_else(proof)
     }
@@ -195,8 +195,8 @@ impl Grounds<'_> {
     fn unidentified_reference(&self) -> Option<Withheld> {
         let reference = self.reference.filter(|reference| !reference.is_identified)?;
         let reason = format!(
-            "The explanation of the reference is not identified, and leaves a gap of {:.1} × noise of it: a change may make up for what it describes wrongly, and against another \
-             explanation of the reference it may be another change.",
+            "The explanation of the reference is not identified, and leaves a gap of {:.1} × noise. With another \
+             explanation of the reference another change may be the cause.",
             reference.gap_after
         );
         Some(Withheld { by: Veto::Reference, reason })

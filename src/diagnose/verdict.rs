@@ -256,8 +256,8 @@ impl Reference {
         self.verdict != Verdict::Unknown || may_be && leaves_little
     }
 
-    /// Whether its explanation is identified by its own runs and each effect of it probable, or leaves no more than a small gap of it. One that is not describes something
-    /// wrongly, and which change makes up for that hangs on how.
+    /// Whether its explanation is identified by its own runs and each effect of it probable, or leaves no more than a small gap of it. An error of a baseline
+    /// that is not identified cannot be told from a change.
     pub fn is_identified(&self, limits: &Limits) -> bool {
         let is_stated = !matches!(self.withheld, Some(Veto::Unidentified | Veto::Stretch));
         let is_probable = self.causes.iter().all(|cause| cause.probability >= limits.probability);

@@ -33,6 +33,22 @@ impl Level {
         Self { base: [level; 2], peak: [0.0; 2], velocity: f64::INFINITY, factor: 1.0, local: 0.0 }
     }
 
+    /// Its numbers, for levels of several axes in arrays.
+    #[inline(always)]
+    pub(crate) fn numbers(&self) -> [f64; 7] {
+        let Self { base: [forward, backward], peak: [forward_peak, backward_peak], velocity, factor, local } =
+            *self;
+        [forward, backward, forward_peak, backward_peak, velocity, factor, local]
+    }
+
+    /// The level with these [`numbers`](Self::numbers).
+    #[inline(always)]
+    pub(crate) fn of_numbers(
+        [forward, backward, forward_peak, backward_peak, velocity, factor, local]: [f64; 7],
+    ) -> Self {
+        Self { base: [forward, backward], peak: [forward_peak, backward_peak], velocity, factor, local }
+    }
+
     /// g in a direction (±1) at a speed ≥ 0.
     #[inline(always)]
     pub fn at(&self, direction: f64, speed: f64) -> f64 {

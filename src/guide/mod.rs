@@ -10,7 +10,8 @@ pub mod stick_slip;
 pub use bristle::{Bristle, Sliding};
 pub use friction::{DryFriction, Local, Stribeck};
 pub use level::Level;
-pub use step::{Coast, GAUSS, Response, StepForce, travel_until};
+pub(crate) use step::travel_until;
+pub use step::{Coast, GAUSS, Response, StepForce};
 pub use step_equation::{GAUSSIAN, StepEquation, StepEquations};
 
 use serde::{Deserialize, Serialize};

@@ -123,9 +123,10 @@ pub struct Coast {
     pub response: Response,
 }
 
-/// Displacement until a share of a step of `step_s` with these velocities at its ends and this displacement: that of a parabola.
+/// Displacement in m or rad until a share of a step of `step_s`, of a motion with these velocities (m/s or rad/s) at the step's ends: that of the parabola with these velocities,
+/// shifted to the step's own displacement `travel` in proportion to the share.
 #[inline(always)]
-pub fn travel_until(share: f64, step_s: f64, [begin, end]: [f64; 2], travel: f64) -> f64 {
+pub(crate) fn travel_until(share: f64, step_s: f64, [begin, end]: [f64; 2], travel: f64) -> f64 {
     share * (travel - 0.5 * (1.0 - share) * (end - begin) * step_s)
 }
 

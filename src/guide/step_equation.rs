@@ -205,7 +205,7 @@ impl StepEquation {
 
     #[inline(always)]
     fn numbers(&self) -> [f64; NUMBERS] {
-        let Level { base, peak, velocity, factor, local } = self.level;
+        let [forward, backward, forward_peak, backward_peak, velocity, factor, local] = self.level.numbers();
         [
             self.begun,
             self.free_travel,
@@ -215,10 +215,10 @@ impl StepEquation {
             self.damping,
             self.fading_factor,
             self.fading_exponent,
-            base[0],
-            base[1],
-            peak[0],
-            peak[1],
+            forward,
+            backward,
+            forward_peak,
+            backward_peak,
             velocity,
             factor,
             local,
@@ -234,8 +234,8 @@ impl StepEquation {
         let [fading_factor, fading_exponent, forward, backward, forward_peak, backward_peak, rest @ ..] =
             rest;
         let [velocity, factor, local, floor, drag, step_s] = rest;
-        let (base, peak) = ([forward, backward], [forward_peak, backward_peak]);
-        let level = Level { base, peak, velocity, factor, local };
+        let level =
+            Level::of_numbers([forward, backward, forward_peak, backward_peak, velocity, factor, local]);
         Self {
             begun,
             free_travel,

@@ -149,8 +149,17 @@ fn breakaway(push: Push, share: f64, resistance: &impl Fn(f64, f64) -> f64) -> O
     Some(((beyond / push.change()).clamp(share, 1.0), direction))
 }
 
-/// Dry friction at the beginning of a step in N or N·m, positive in the joint's positive direction, without what depends on load, speed, place or time:
-/// its levels in the positive and the negative direction are given. Of an axis at rest it is what holds the push of the step, up to the level of friction at rest.
+/// Dry friction at the beginning of a step in N or N·m, positive in the joint's positive direction.
+///
+/// # Model
+/// `−R₊` of an axis that moves in the positive direction, `R₋` in the negative one, with the levels of both in N or N·m. At rest friction holds the mean P of the other forces as far as it
+/// can: `−max(min(P, R₊), −R₋)`.
+///
+/// # Validity
+/// Without what depends on load, speed, place or time: it serves to find the way of a step, see `Laws::under_weight` in the twin.
+///
+/// # Source
+/// Coulomb's law as a set-valued law, see [`friction`].
 #[inline(always)]
 pub fn friction_at_first(coast: Coast, step_s: f64, [positive, negative]: [f64; 2]) -> f64 {
     // What does not slide yet is held.
@@ -166,24 +175,24 @@ pub fn friction_at_first(coast: Coast, step_s: f64, [positive, negative]: [f64; 
 /// by β·|R'|/2: 10⁻² and less at servo sample rates. Straight-line arithmetic, so that several axes can take each step together.
 #[derive(Debug, Clone, Copy)]
 pub struct Slide {
-    /// Speed at the end of the step without friction, along the direction of motion.
+    /// Speed at the end of the step without friction, along the direction of motion, m/s or rad/s.
     pub free_speed: f64,
-    /// Speed at its beginning.
+    /// Speed at its beginning, m/s or rad/s; ≥ 0.
     pub speed: f64,
-    /// β, what a unit of mean force changes of the speed at the end.
+    /// β, what a unit of mean force changes of the speed at the end, (m/s)/N or (rad/s)/(N·m); > 0.
     pub mobility: f64,
     /// What the speed in the middle of the step lacks to the mean of those at its ends, since the push rises.
     pub sag: f64,
-    /// Resistance at the beginning.
+    /// Resistance at the beginning, N or N·m; ≥ 0.
     pub begin: f64,
 }
 
 /// Where a fixed-point step of a [`Slide`] has come.
 #[derive(Debug, Clone, Copy)]
 pub struct Onward {
-    /// Speed at the end of the step, negative where it would not keep its direction.
+    /// Speed at the end of the step, m/s or rad/s; negative where it would not keep its direction.
     pub speed: f64,
-    /// Mean resistance.
+    /// Mean resistance, N or N·m.
     pub level: f64,
     /// Whether the last step changed the speed by no more than rounding.
     pub is_found: bool,

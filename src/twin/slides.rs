@@ -39,7 +39,7 @@ impl SlidingStep {
     #[inline(always)]
     fn numbers(&self) -> [f64; NUMBERS] {
         let Self { coast, position, weight, constant, level, drag } = *self;
-        let Level { base, peak, velocity, factor, local } = level;
+        let [forward, backward, forward_peak, backward_peak, velocity, factor, local] = level.numbers();
         let [mobility, compliance, rise_mobility, rise_travel, i0, i1, i2, i3] = coast.response.numbers();
         [
             coast.velocity,
@@ -59,10 +59,10 @@ impl SlidingStep {
             weight[2],
             constant[0],
             constant[1],
-            base[0],
-            base[1],
-            peak[0],
-            peak[1],
+            forward,
+            backward,
+            forward_peak,
+            backward_peak,
             velocity,
             factor,
             local,
@@ -78,13 +78,8 @@ impl SlidingStep {
         let [forward, backward, forward_peak, backward_peak, peak_velocity, factor, local, drag] = rest;
         let response =
             Response::of_numbers([mobility, compliance, rise_mobility, rise_travel, i0, i1, i2, i3]);
-        let level = Level {
-            base: [forward, backward],
-            peak: [forward_peak, backward_peak],
-            velocity: peak_velocity,
-            factor,
-            local,
-        };
+        let level =
+            Level::of_numbers([forward, backward, forward_peak, backward_peak, peak_velocity, factor, local]);
         Self {
             coast: Coast { velocity, free_velocity, free_travel, motor_force: [0.0; 2], response },
             position,

@@ -42,8 +42,8 @@ fn change(baseline: &Baseline, file: &str, options: &Options) -> Diagnosis {
     d
 }
 
-/// Runs with twice the gain, not told: the gain and nothing else is what comes nearest, and no verdict rests on it: with other explanations of the reference, which predict it as
-/// well, it may be the scale of the encoder. Told, they are those of an unchanged machine.
+/// Runs with twice the gain, not told: the gain and nothing else is what comes nearest, and no verdict rests on it: the explanation of the
+/// reference is not identified. Told, they are those of an unchanged machine.
 #[test]
 fn ref_a_doubled_gain_comes_nearest_and_an_unchanged_machine_has_no_gap() {
     needs!(support::data("xl330_pendulum/kp200_sin_sin.csv"));

@@ -318,8 +318,8 @@ fn exact_comparison_without_a_change_says_so() {
     lacks(&reports(&diagnosis(), Motion::Prismatic), &["WHAT CHANGED", "reference"]);
 }
 
-/// A reference of whose gap 0.7 % is open is explained, identified or not (which more than a small gap tells apart); not where its data are faulty or the rigid-body scene does not bear it
-/// out, and not where more than a tenth is open.
+/// A reference of whose gap 0.7 % is open is explained, identified or not; not where its data are faulty or the rigid-body scene does not bear it
+/// out, and not where more than a tenth is open. One that leaves no more than a small gap is identified; else its effects have to be identified and probable.
 #[test]
 fn exact_a_reference_is_explained_for_nine_tenths() {
     let is_explained = |withheld, gap_after| {
